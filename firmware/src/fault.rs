@@ -1,0 +1,102 @@
+//! How a run ends: motors off first, then a text that the next run reports, then a reset.
+
+use core::mem::MaybeUninit;
+use core::panic::{Location, PanicInfo};
+
+use cortex_m_rt::{ExceptionFrame, exception};
+use embassy_rp::pac;
+use embassy_rp::peripherals::WATCHDOG;
+use embassy_rp::watchdog::{self, Watchdog};
+use heapless::String;
+use rover_shared::last_words::{Cause, LastWords, Text};
+use rover_shared::wire::message::{ResetReason, TEXT_BYTES};
+
+use crate::board;
+
+/// Lies where no start-up code clears it; any bits are allowed, the checksum tells.
+// SAFETY: `.uninit` is RAM that the linker script of cortex-m-rt sets aside for just this, and
+// `MaybeUninit` asks nothing of its contents.
+#[unsafe(link_section = ".uninit.LAST_WORDS")]
+static mut LAST_WORDS: MaybeUninit<LastWords> = MaybeUninit::uninit();
+
+/// Why the board started, and what the run before said at its end. Only the first call finds words.
+pub fn reset_reason(watchdog: &Watchdog) -> (ResetReason, Option<String<TEXT_BYTES>>) {
+    let place = (&raw mut LAST_WORDS).cast::<LastWords>();
+    // SAFETY: the place is valid, aligned, and of integers only, which any bits are; nobody else
+    // uses it, for handlers that do never return. Volatile, so that nothing is assumed of memory
+    // that was never written in this run.
+    let words = unsafe {
+        let words = place.read_volatile();
+        place.write_volatile(LastWords::NONE);
+        words
+    };
+    let words = words.read();
+    let text = words.and_then(|(_, text)| String::try_from(text.as_str()).ok());
+    let chip = pac::VREG_AND_CHIP_RESET.chip_reset().read();
+    let reason = match (watchdog.reset_reason(), words) {
+        (Some(_), Some((cause, _))) => cause.into(),
+        (Some(watchdog::ResetReason::TimedOut), None) => ResetReason::Watchdog,
+        (Some(watchdog::ResetReason::Forced), None) => ResetReason::Requested,
+        (None, _) if chip.had_run() => ResetReason::RunPin,
+        (None, _) if chip.had_psm_restart() => ResetReason::Requested,
+        (None, _) => ResetReason::PowerOn,
+    };
+    (reason, text)
+}
+
+/// Comes first, whatever else is broken.
+fn stop() {
+    cortex_m::interrupt::disable();
+    board::motors_dead();
+}
+
+/// Keeps the words and resets the board.
+fn end(cause: Cause, text: &Text) -> ! {
+    let place = (&raw mut LAST_WORDS).cast::<LastWords>();
+    // SAFETY: as in `reset_reason`; interrupts are masked and core 1 sleeps, so nobody else is
+    // under way.
+    unsafe { place.write_volatile(LastWords::new(cause, text)) };
+    // SAFETY: whoever holds the watchdog does not go on after this.
+    let mut watchdog = Watchdog::new(unsafe { WATCHDOG::steal() });
+    watchdog.trigger_reset();
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
+/// Passes only the place on, inlined, so that the compiler sees that nobody looks at the message: then
+/// it leaves out all messages, and with them the machinery that formats them (4 KB).
+#[expect(
+    unused_attributes,
+    reason = "an exported function is not inlined elsewhere, but it is within core"
+)]
+#[inline(always)]
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    stop();
+    #[cfg(feature = "defmt")]
+    defmt::error!("{}", defmt::Display2Format(info));
+    panicked(info.location())
+}
+
+#[inline(never)]
+fn panicked(place: Option<&Location>) -> ! {
+    let mut text = Text::new().text("panicked");
+    if let Some(place) = place {
+        text = text
+            .text(" at ")
+            .text(place.file())
+            .text(":")
+            .number(place.line());
+    }
+    end(Cause::Panic, &text)
+}
+
+// SAFETY: touches nothing but the motors' registers, the words and the watchdog, and never returns.
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    stop();
+    let text = Text::new().text("hard fault at 0x").address(frame.pc());
+    let text = text.text(", called from 0x").address(frame.lr());
+    end(Cause::HardFault, &text)
+}

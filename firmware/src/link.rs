@@ -1,0 +1,261 @@
+//! The host's connection: frames over USB CDC-ACM.
+//!
+//! Reports wait in bounded queues and are dropped, and counted, if these are full. Nothing is sent
+//! unless somebody has opened the port (DTR), and no write waits longer than [`WRITE_TIMEOUT`]: on
+//! the RP2040 the program cannot see the cable being pulled (the bus's voltage is not wired to the
+//! controller), a write would wait for ever.
+//!
+//! Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
+//! around by the driver. If it strikes, every write runs into its time-out, reports are dropped and
+//! counted, and a rover driven by the host stops for want of heartbeats; a reset frees it.
+
+use core::cell::RefCell;
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_futures::join::join3;
+use embassy_futures::select::{Either3, select3};
+use embassy_rp::peripherals::USB;
+use embassy_rp::usb::{Driver, InterruptHandler};
+use embassy_rp::{Peri, bind_interrupts};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use embassy_time::{Duration, Timer, with_timeout};
+use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
+use embassy_usb::{Builder, Config, UsbDevice};
+use heapless::String;
+use rover_shared::rover::Rover;
+use rover_shared::supervisor::{Input, Loop};
+use rover_shared::wire::frame::{Decoder, Encoder, Frame, FrameError, MAX_FRAME};
+use rover_shared::wire::message::{Ack, Command, Report, TEXT_BYTES};
+use rover_shared::wire::usb;
+use static_cell::StaticCell;
+
+use crate::guard::Watch;
+use crate::{guard, sense};
+
+bind_interrupts!(struct Irqs {
+    USBCTRL_IRQ => InterruptHandler<USB>;
+});
+
+type Usb = Driver<'static, USB>;
+type Text = String<TEXT_BYTES>;
+
+/// Size of a bulk packet at full speed.
+const PACKET: u16 = 64;
+/// How often the port is looked at while nothing is to be sent.
+const PERIOD: Duration = Duration::from_millis(40);
+/// How long a packet may wait for the host. A listening host fetches it within 1 ms.
+const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
+
+/// How long the next command waits for room for the answer to this one, if the host asks faster than
+/// it listens.
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(50);
+
+/// Answers to commands, with reports asked for: they go before telemetry. Room for those to all
+/// commands that fit into one packet.
+static ANSWERS: Channel<CriticalSectionRawMutex, Report, 12> = Channel::new();
+/// Telemetry: room for all that changes in one control period.
+static TELEMETRY: Channel<CriticalSectionRawMutex, Report, 16> = Channel::new();
+/// Reports dropped and not yet told to the supervisor.
+static DROPPED: AtomicU32 = AtomicU32::new(0);
+
+/// Queues a report, or drops and counts it.
+pub fn report(report: Report) {
+    if TELEMETRY.try_send(report).is_err() {
+        drop_one();
+    }
+}
+
+async fn answer(report: Report) {
+    if with_timeout(ANSWER_TIMEOUT, ANSWERS.send(report))
+        .await
+        .is_err()
+    {
+        drop_one();
+    }
+}
+
+fn drop_one() {
+    critical_section::with(|_| {
+        let dropped = DROPPED.load(Ordering::Relaxed);
+        DROPPED.store(dropped.saturating_add(1), Ordering::Relaxed);
+    });
+}
+
+/// Tells the supervisor how many reports were dropped.
+pub fn tell_drops() {
+    let dropped = critical_section::with(|_| {
+        let dropped = DROPPED.load(Ordering::Relaxed);
+        DROPPED.store(0, Ordering::Relaxed);
+        dropped
+    });
+    if dropped > 0 {
+        guard::tell(Input::QueueFull(dropped));
+    }
+}
+
+/// Talks to the host for ever. `last_words`: what the run before this one ended with.
+#[embassy_executor::task]
+pub async fn link(
+    usb: Peri<'static, USB>,
+    rover: &'static RefCell<Rover<'static>>,
+    last_words: Option<Text>,
+) -> ! {
+    let (mut device, sender, receiver) = device(usb);
+    join3(
+        device.run(),
+        transmit(sender, rover, last_words),
+        receive(receiver, rover),
+    )
+    .await
+    .0
+}
+
+fn device(
+    usb: Peri<'static, USB>,
+) -> (
+    UsbDevice<'static, Usb>,
+    Sender<'static, Usb>,
+    Receiver<'static, Usb>,
+) {
+    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
+    static BOS: StaticCell<[u8; 16]> = StaticCell::new();
+    static CONTROL: StaticCell<[u8; 64]> = StaticCell::new();
+    static STATE: StaticCell<State> = StaticCell::new();
+    let mut config = Config::new(usb::VENDOR, usb::PRODUCT);
+    config.manufacturer = Some(usb::MANUFACTURER_NAME);
+    config.product = Some(usb::PRODUCT_NAME);
+    // The most a host may grant; the board itself takes some 40 mA, the motors have their own supply.
+    config.max_power = 500;
+    let mut builder = Builder::new(
+        Driver::new(usb, Irqs),
+        config,
+        CONFIGURATION.init([0; 128]),
+        BOS.init([0; 16]),
+        &mut [],
+        CONTROL.init([0; 64]),
+    );
+    let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET);
+    let (sender, receiver) = class.split();
+    (builder.build(), sender, receiver)
+}
+
+/// Sends answers and telemetry while the port is open.
+async fn transmit(
+    mut sender: Sender<'static, Usb>,
+    rover: &'static RefCell<Rover<'static>>,
+    last_words: Option<Text>,
+) -> ! {
+    loop {
+        while !sender.dtr() {
+            guard::tell(Input::Alive(Loop::Link));
+            discard();
+            Timer::after(PERIOD).await;
+        }
+        log!("port opened");
+        // An empty frame ends what a host may have kept of the last connection.
+        let mut outbox = Outbox {
+            encoder: Encoder::new(),
+            broken: true,
+        };
+        let hello = rover.borrow_mut().hello(&mut Watch);
+        outbox.send(&mut sender, &hello).await;
+        if let Some(text) = &last_words {
+            outbox
+                .send(&mut sender, &Report::LastWords(text.clone()))
+                .await;
+        }
+        while sender.dtr() {
+            guard::tell(Input::Alive(Loop::Link));
+            match select3(ANSWERS.receive(), TELEMETRY.receive(), Timer::after(PERIOD)).await {
+                Either3::First(report) | Either3::Second(report) => {
+                    outbox.send(&mut sender, &report).await
+                }
+                Either3::Third(()) => {}
+            }
+        }
+        rover.borrow_mut().closed();
+        log!("port closed");
+    }
+}
+
+/// Throws away what nobody listens to.
+fn discard() {
+    while ANSWERS.try_receive().is_ok() || TELEMETRY.try_receive().is_ok() {}
+}
+
+/// Packs frames into packets.
+struct Outbox {
+    encoder: Encoder,
+    /// The last frame was not sent to its end.
+    broken: bool,
+}
+
+impl Outbox {
+    async fn send(&mut self, sender: &mut Sender<'static, Usb>, report: &Report) {
+        let mut buffer = [0; 1 + MAX_FRAME];
+        let [end, room @ ..] = &mut buffer;
+        *end = 0;
+        let Ok(frame) = self.encoder.encode(report, room) else {
+            // Does not happen: a test holds every message against MAX_FRAME.
+            return drop_one();
+        };
+        let length = frame.len();
+        let start = if self.broken { 0 } else { 1 };
+        let bytes = buffer.get(start..=length).unwrap_or_default();
+        // One byte short of full, so that no packet needs an empty one after it to be delivered.
+        for packet in bytes.chunks(usize::from(PACKET) - 1) {
+            // A host that takes its time with every packet is no reason for a reset.
+            guard::tell(Input::Alive(Loop::Link));
+            let written = with_timeout(WRITE_TIMEOUT, sender.write_packet(packet)).await;
+            if !matches!(written, Ok(Ok(()))) {
+                self.broken = true;
+                return drop_one();
+            }
+        }
+        self.broken = false;
+    }
+}
+
+/// Takes commands.
+async fn receive(
+    mut receiver: Receiver<'static, Usb>,
+    rover: &'static RefCell<Rover<'static>>,
+) -> ! {
+    let mut packet = [0; PACKET as usize];
+    loop {
+        receiver.wait_connection().await;
+        let mut decoder = Decoder::new();
+        while let Ok(length) = receiver.read_packet(&mut packet).await {
+            let before = decoder.counters().dropped();
+            for byte in packet.iter().take(length) {
+                match decoder.push::<Command>(*byte) {
+                    Some(Ok(frame)) => obey(rover, &frame).await,
+                    // The host cannot know what is wrong unless it hears whom it talks to.
+                    Some(Err(FrameError::Version(_))) => {
+                        let hello = rover.borrow_mut().hello(&mut Watch);
+                        answer(hello).await;
+                    }
+                    Some(Err(_)) | None => {}
+                }
+            }
+            let bad = decoder.counters().dropped().saturating_sub(before);
+            if bad > 0 {
+                guard::tell(Input::BadFrames(bad));
+            }
+        }
+    }
+}
+
+async fn obey(rover: &RefCell<Rover<'static>>, frame: &Frame<Command>) {
+    let seen = sense::latest();
+    let handled = rover
+        .borrow_mut()
+        .handle(guard::now(), &frame.message, &seen, &mut Watch);
+    let (result, report) = handled;
+    let sequence = frame.sequence;
+    answer(Report::Ack(Ack { sequence, result })).await;
+    if let Some(report) = report {
+        answer(report).await;
+    }
+}

@@ -1,0 +1,171 @@
+//! Keeps knowledge and calibrations in the flash.
+//!
+//! While the flash is erased or programmed nothing can be fetched from it: the whole program stands
+//! still, for 0.4 ms a page and 45 ms (400 at worst) a sector, with interrupts masked. So this is
+//! done only when disarmed, which the supervisor insists on, and one operation at a time, between
+//! which all loops get their turn.
+
+use core::cell::RefCell;
+
+use embassy_rp::Peri;
+use embassy_rp::flash::{Blocking, ERASE_SIZE, Error};
+use embassy_rp::peripherals::FLASH;
+use embassy_time::{Duration, Timer};
+use rover_shared::calibration;
+use rover_shared::rover::{MOST_BYTES, Rover, Save};
+use rover_shared::storage::{Content, Flash, PAGE, Progress, SECTOR, Slots, WriteError};
+use rover_shared::supervisor::{Input, Loop};
+
+use crate::board::FLASH_SIZE;
+use crate::guard::Watch;
+use crate::{guard, link};
+
+const _: () = assert!(SECTOR as usize == ERASE_SIZE, "both know the same flash");
+
+/// Sectors of a slot of calibrations.
+const CALIBRATION_SECTORS: u32 = 1;
+/// Sectors of a slot of knowledge: a full pattern vector, its header's page, and some room to grow.
+const KNOWLEDGE_SECTORS: u32 = 12;
+const _: () = assert!(
+    MOST_BYTES + PAGE <= (KNOWLEDGE_SECTORS * SECTOR) as usize
+        && calibration::MOST_BYTES + PAGE <= (CALIBRATION_SECTORS * SECTOR) as usize,
+    "slots have room for the longest content"
+);
+
+/// How often to look whether something is to be saved.
+const PERIOD: Duration = Duration::from_millis(100);
+/// What the loops get between two operations.
+const TURN: Duration = Duration::from_millis(3);
+
+// SAFETY: both are defined in `memory.x`, and taking their addresses reads nothing.
+unsafe extern "C" {
+    /// Symbols of `memory.x`; only their addresses mean something.
+    safe static __storage_start: u8;
+    safe static __storage_end: u8;
+}
+
+/// The flash and what is in it.
+pub struct Store {
+    nor: Nor,
+    calibrations: Slots,
+    knowledge: Slots,
+}
+
+impl Store {
+    /// The region that `memory.x` sets aside.
+    pub fn new(flash: Peri<'static, FLASH>) -> Self {
+        let start = &raw const __storage_start as u32;
+        let second = start + 2 * CALIBRATION_SECTORS * SECTOR;
+        let end = &raw const __storage_end as u32;
+        debug_assert!(second + 2 * KNOWLEDGE_SECTORS * SECTOR <= end);
+        Self {
+            nor: Nor(embassy_rp::flash::Flash::new_blocking(flash)),
+            calibrations: Slots::new(start, CALIBRATION_SECTORS),
+            knowledge: Slots::new(second, KNOWLEDGE_SECTORS),
+        }
+    }
+
+    /// Hands the rover what was kept.
+    pub fn load(&mut self, rover: &mut Rover) {
+        let Self {
+            nor,
+            calibrations,
+            knowledge,
+        } = self;
+        let mut buffer = [0; calibration::MOST_BYTES];
+        if calibrations.open(nor).is_ok()
+            && let Ok(Some(bytes)) = calibrations.read(nor, &mut buffer)
+        {
+            rover.restore_calibrations(bytes);
+        }
+        if knowledge.open(nor) == Ok(Content::Blank) {
+            // A new board.
+            rover.begin();
+        } else {
+            // What is not usable is refused, and arming too, until there is other knowledge.
+            let _ = rover.load(|room| {
+                let read = knowledge.read(nor, room).ok().flatten();
+                read.map(<[u8]>::len)
+            });
+        }
+    }
+
+    /// Writes what is to be saved, turn by turn; gives its fingerprint.
+    async fn write(
+        &mut self,
+        save: Save,
+        rover: &RefCell<Rover<'static>>,
+    ) -> Result<u32, WriteError<Error>> {
+        let mut buffer = [0; calibration::MOST_BYTES];
+        let calibrations = match save {
+            Save::Calibrations => rover.borrow().calibrations().encode(&mut buffer),
+            Save::Knowledge => &[],
+        };
+        let slots = match save {
+            Save::Calibrations => &mut self.calibrations,
+            Save::Knowledge => &mut self.knowledge,
+        };
+        let mut write = None;
+        loop {
+            let progress = {
+                let rover = rover.borrow();
+                let content = match save {
+                    Save::Calibrations => calibrations,
+                    Save::Knowledge => rover.knowledge_bytes(),
+                };
+                match &mut write {
+                    None => {
+                        write = Some(slots.write(content)?);
+                        Progress::UnderWay
+                    }
+                    Some(write) => write.step(&mut self.nor, content)?,
+                }
+            };
+            guard::tell(Input::Alive(Loop::Store));
+            if let Progress::Done(record) = progress {
+                slots.written(record);
+                return Ok(record.fingerprint());
+            }
+            Timer::after(TURN).await;
+        }
+    }
+}
+
+/// Stores for ever.
+#[embassy_executor::task]
+pub async fn store(mut store: Store, rover: &'static RefCell<Rover<'static>>) -> ! {
+    loop {
+        Timer::after(PERIOD).await;
+        guard::tell(Input::Alive(Loop::Store));
+        let Some(save) = rover.borrow_mut().take_save(&mut Watch) else {
+            continue;
+        };
+        let written = store.write(save, rover).await.ok();
+        log!("stored: {}", written);
+        let report = rover.borrow_mut().saved(guard::now(), written, &mut Watch);
+        if let Some(report) = report
+            && rover.borrow().talks()
+        {
+            link::report(report);
+        }
+    }
+}
+
+/// The board's flash.
+struct Nor(embassy_rp::flash::Flash<'static, FLASH, Blocking, FLASH_SIZE>);
+
+impl Flash for Nor {
+    type Error = Error;
+
+    fn read(&mut self, offset: u32, into: &mut [u8]) -> Result<(), Error> {
+        self.0.blocking_read(offset, into)
+    }
+
+    fn erase(&mut self, offset: u32) -> Result<(), Error> {
+        self.0.blocking_erase(offset, offset + SECTOR)
+    }
+
+    fn program(&mut self, offset: u32, page: &[u8; PAGE]) -> Result<(), Error> {
+        self.0.blocking_write(offset, page)
+    }
+}

@@ -1,0 +1,9 @@
+//! The emulated board: a Cortex-M0+ of our own and what it is connected to.
+//!
+//! [`cpu`] is the processor core, without a clock or memory of its own: it is stepped on a
+//! [`cpu::Bus`]. [`elf`] reads what is to be run. [`bare`] is the smallest machine that runs it:
+//! flash, RAM and semihosting.
+
+pub mod bare;
+pub mod cpu;
+pub mod elf;

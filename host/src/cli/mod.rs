@@ -1,0 +1,116 @@
+//! The command line of `rover`: one file a subcommand.
+//!
+//! Results go to stdout, progress and explanations to stderr. Exit status: 0 done, 1 failed,
+//! 2 wrong usage.
+
+mod learn;
+mod perceive;
+mod replay;
+mod test;
+mod uf2;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// A rover that perceives by growing Turing patterns.
+#[derive(Debug, Parser)]
+#[command(name = "rover", version, about, max_term_width = 100)]
+#[command(after_help = "Start with:  rover learn")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Learn in simulation, from nothing
+    Learn(learn::Arguments),
+    /// Test what was learned in arenas never met before
+    Test(test::Arguments),
+    /// Grow a pattern from the four corner values, or one for each line of a table
+    Perceive(perceive::Arguments),
+    /// Run logged samples through the core once more
+    Replay(replay::Arguments),
+    /// Turn the linked firmware into a file for the board's USB drive
+    Uf2(uf2::Arguments),
+}
+
+/// Why a command did not do what it was asked to.
+#[derive(Debug)]
+pub enum Failure {
+    /// What was asked cannot be asked: exit status 2.
+    Usage(String),
+    /// It could not be done: exit status 1.
+    Failed(String),
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self::Failed(error.to_string())
+    }
+}
+
+/// Runs the command that the process was started with.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.command {
+        Command::Learn(arguments) => learn::run(&arguments),
+        Command::Test(arguments) => test::run(&arguments),
+        Command::Perceive(arguments) => perceive::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Uf2(arguments) => uf2::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Failed(message)) => {
+            eprintln!("rover: {message}");
+            ExitCode::from(1)
+        }
+        Err(Failure::Usage(message)) => {
+            eprintln!("rover: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Writes results to stdout. A reader that has seen enough (`rover ... | head`) is no failure.
+fn print(text: &str) -> Result<(), Failure> {
+    use std::io::Write;
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a result for machines to stdout.
+fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    let mut text = serde_json::to_string_pretty(value)?;
+    text.push('\n');
+    print(&text)
+}
+
+/// An estimate as text, or a dash.
+fn shown(estimate: Option<crate::experiment::Estimate>, digits: usize) -> String {
+    estimate.map_or("-".into(), |e| {
+        format!(
+            "{:.digits$} [{:.digits$}, {:.digits$}]",
+            e.value, e.low, e.high
+        )
+    })
+}
+
+/// Reads a file of parameters; what it leaves out is as in `preset`.
+fn read_parameters(
+    path: Option<&std::path::Path>,
+    preset: rover_shared::parameters::Parameters,
+) -> Result<rover_shared::parameters::Parameters, Failure> {
+    let Some(path) = path else {
+        return Ok(preset);
+    };
+    let fail =
+        |what: &dyn std::fmt::Display| Failure::Failed(format!("{}: {what}", path.display()));
+    let text =
+        std::fs::read_to_string(path).map_err(|error| fail(&format!("cannot be read: {error}")))?;
+    crate::parameters::overlay(preset, &text).map_err(|error| fail(&error))
+}

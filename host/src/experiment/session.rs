@@ -1,0 +1,82 @@
+//! A learning session: from nothing, over many trials, each in an arena of its own (III-B).
+
+use rover_shared::action::motor_map::PaperRule;
+use rover_shared::controller::Controller;
+use rover_shared::learning::Mode;
+use rover_shared::parameters::Coefficients;
+use rover_shared::random::Generator;
+
+use super::pilot::{Known, Turing, Witness};
+use super::trial::{Conduct, Directions, Trial, run_trial};
+use super::{Stream, generator};
+use crate::arena::ArenaSource;
+
+/// What a session is made of. The same plan gives the same session, bit by bit.
+#[derive(Clone, Debug)]
+pub struct SessionPlan {
+    /// Of controller, arenas and directions.
+    pub seed: u64,
+    /// How many trials.
+    pub trials: u32,
+    /// Actions allowed in each.
+    pub steps: u32,
+    /// Whether to follow a changing direction instead of aiming at a target.
+    pub follow_direction: bool,
+    /// Where the arenas come from.
+    pub arenas: ArenaSource,
+}
+
+impl SessionPlan {
+    /// The plan of the k-th session, from 0, of a series: each has a seed of its own.
+    pub fn nth(&self, k: u64) -> Self {
+        Self {
+            seed: self.seed.wrapping_add(k),
+            ..self.clone()
+        }
+    }
+}
+
+/// What came of a session.
+#[derive(Clone, Debug)]
+pub struct LearnedSession {
+    /// The seed it started from.
+    pub seed: u64,
+    /// What was learned.
+    pub knowledge: Box<Known>,
+    /// How each trial went.
+    pub trials: Vec<Trial>,
+}
+
+/// Runs a learning session. `after_trial` is told of each trial as it ends.
+pub fn learn(
+    plan: &SessionPlan,
+    coefficients: &Coefficients,
+    mut witness: impl Witness,
+    mut after_trial: impl FnMut(&Trial),
+) -> LearnedSession {
+    let mut knowledge = Box::new(Known::new(&coefficients.learning));
+    let rng = Generator::new(plan.seed);
+    let controller = Controller::new(coefficients, PaperRule, &mut knowledge, rng, Mode::Learn);
+    let mut pilot = Turing::new(controller, &mut witness);
+    let mut arenas = generator(plan.seed, Stream::Learning);
+    let directions = plan
+        .follow_direction
+        .then(|| Directions::new(generator(plan.seed, Stream::Directions)));
+    let mut conduct = Conduct {
+        steps: plan.steps,
+        directions,
+    };
+    let trials = (0..plan.trials)
+        .map(|_| {
+            let scenario = plan.arenas.scenario(&mut arenas);
+            let trial = run_trial(&scenario, &mut conduct, &mut pilot);
+            after_trial(&trial);
+            trial
+        })
+        .collect();
+    LearnedSession {
+        seed: plan.seed,
+        knowledge,
+        trials,
+    }
+}

@@ -1,0 +1,292 @@
+//! An arena seen from above, and a drive through it.
+
+use rover_shared::units::Microdegrees;
+use svg::Node as _;
+use svg::node::element::Group;
+
+use super::axes::{self, Scale};
+use super::drive::Drive;
+use super::palette::{COLOURS, OTHERS, Palette};
+use super::shape::{Area, INK, Outline, circle, group, line};
+use crate::arena::{Motion, Obstacle, OccupancyGrid, Pose, Vector, World, radians};
+use crate::experiment::TaskKind;
+
+const OBSTACLE: &str = "#d4d4d4";
+const OBSTACLE_EDGE: &str = "#6e6e6e";
+/// Fill of the target.
+pub(super) const TARGET: &str = "#fff3b0";
+/// Actions from one heading mark to the next.
+pub(super) const MARK_EVERY: usize = 10;
+/// Cells of a map are drawn as blocks, of which at most this many lie side by side.
+const MOST_BLOCKS: usize = 160;
+
+/// An arena drawn to scale within an area.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    /// What the arena covers.
+    pub area: Area,
+    x: Scale,
+    y: Scale,
+    /// Its scale.
+    pub px_per_cm: f64,
+}
+
+impl View {
+    /// A view of `world` with its upper left corner where that of `within` is, as large as fits.
+    pub fn new(world: &World, within: Area) -> Self {
+        let (width, height) = (world.width_cm(), world.height_cm());
+        let px_per_cm = (within.width / width).min(within.height / height);
+        let area = Area {
+            width: width * px_per_cm,
+            height: height * px_per_cm,
+            ..within
+        };
+        let x = Scale::linear([0.0, width], [area.left, area.right()]);
+        let y = Scale::linear([0.0, height], [area.bottom(), area.top]);
+        Self {
+            area,
+            x,
+            y,
+            px_per_cm,
+        }
+    }
+
+    /// Where a point of the arena is drawn.
+    pub fn at(&self, point: Vector) -> [f64; 2] {
+        [self.x.at(point.x), self.y.at(point.y)]
+    }
+
+    /// Axes in centimetres; those without labels have only ticks.
+    pub fn axes(&self, world: &World, label_x: bool, label_y: bool) -> [Group; 2] {
+        let x_ticks = axes::ticks([0.0, world.width_cm()], 6);
+        let y_ticks = axes::ticks([0.0, world.height_cm()], 5);
+        let label = |shown: bool, name: &str| {
+            if shown {
+                name.to_owned()
+            } else {
+                String::new()
+            }
+        };
+        [
+            axes::below(self.area, &self.x, &x_ticks, &label(label_x, "x (cm)")),
+            axes::beside(self.area, &self.y, &y_ticks, &label(label_y, "y (cm)")),
+        ]
+    }
+
+    /// Obstacles, target and walls.
+    pub fn arena(&self, drive: &Drive) -> Group {
+        let mut drawing = group("arena");
+        for obstacle in drive.scenario.world.obstacles() {
+            drawing.append(self.obstacle(obstacle));
+        }
+        if let Some(goal) = drive.scenario.goal {
+            let centre = self.at(goal.position());
+            // Maps may be so large that the target would be no more than a dot.
+            drawing.append(target(centre, (goal.radius_cm * self.px_per_cm).max(4.0)));
+        }
+        drawing.append(axes::border(self.area).set("stroke-width", 1.5));
+        drawing
+    }
+
+    fn obstacle(&self, obstacle: &Obstacle) -> svg::node::element::Path {
+        let corners = |corners: &[Vector]| {
+            let mut outline = Outline::through(corners.iter().map(|corner| self.at(*corner)));
+            outline.close();
+            outline
+                .filled(OBSTACLE)
+                .set("stroke", OBSTACLE_EDGE)
+                .set("stroke-width", 1)
+        };
+        match obstacle {
+            Obstacle::Grid(grid) => self.map(grid),
+            Obstacle::Polygon(polygon) => corners(polygon.points()),
+            Obstacle::Circle(disc) => {
+                let around = (0..48).map(|i| {
+                    let (sin, cos) = libm::sincos(f64::from(i) * std::f64::consts::TAU / 48.0);
+                    Vector::new(disc.x_cm + disc.r_cm * cos, disc.y_cm + disc.r_cm * sin)
+                });
+                corners(&around.collect::<Vec<_>>())
+            }
+            Obstacle::Rect(_) => {
+                let [low, high] = obstacle.bounds_cm();
+                corners(&[
+                    low,
+                    Vector::new(high.x, low.y),
+                    high,
+                    Vector::new(low.x, high.y),
+                ])
+            }
+        }
+    }
+
+    /// The occupied cells of a map, in blocks if there are many.
+    fn map(&self, grid: &OccupancyGrid) -> svg::node::element::Path {
+        let cells = grid.columns().max(grid.rows()).div_ceil(MOST_BLOCKS);
+        let (columns, rows) = (grid.columns().div_ceil(cells), grid.rows().div_ceil(cells));
+        let occupied = |column: usize, row: usize| {
+            let cells_of = |block: usize| block * cells..(block + 1) * cells;
+            cells_of(column).any(|c| cells_of(row).any(|r| grid.is_occupied(c, r)))
+        };
+        let corner = |column: usize, row: usize| {
+            let cell_cm = grid.cell_cm();
+            let to = |block: usize, all: usize| (block * cells).min(all) as f64 * cell_cm;
+            self.at(Vector::new(
+                to(column, grid.columns()),
+                to(row, grid.rows()),
+            ))
+        };
+        let mut outline = Outline::default();
+        for row in 0..rows {
+            let mut column = 0;
+            while column < columns {
+                let from = column;
+                while column < columns && occupied(column, row) {
+                    column += 1;
+                }
+                if column > from {
+                    outline.move_to(corner(from, row));
+                    outline.line_to(corner(column, row));
+                    outline.line_to(corner(column, row + 1));
+                    outline.line_to(corner(from, row + 1));
+                    outline.close();
+                }
+                column += 1;
+            }
+        }
+        // Without smoothing, so that no seams show between the rows.
+        outline
+            .filled(OBSTACLE)
+            .set("shape-rendering", "crispEdges")
+    }
+
+    /// The way driven: each move in the colour of the pattern that chose it, with marks.
+    pub fn path(&self, drive: &Drive, palette: &Palette) -> Group {
+        let mut drawing = group("path");
+        let positions: Vec<[f64; 2]> = drive.positions().iter().map(|p| self.at(*p)).collect();
+        // Grey below, so that the coloured patterns are never hidden by it.
+        for colour in std::iter::once(OTHERS).chain(COLOURS.into_iter().rev()) {
+            let mut outline = Outline::default();
+            let mut at_end = false;
+            for (code, ends) in drive.codes().zip(positions.windows(2)) {
+                let drawn = palette.colour(code) == colour && ends[0] != ends[1];
+                if drawn {
+                    if !at_end {
+                        outline.move_to(ends[0]);
+                    }
+                    outline.line_to(ends[1]);
+                }
+                at_end = drawn;
+            }
+            if !outline.is_empty() {
+                drawing.append(outline.stroked(colour, 2.2).set("stroke-linejoin", "round"));
+            }
+        }
+        drawing
+    }
+
+    /// Headings along the way, blocked moves, changes of the direction to follow, and the start.
+    pub fn marks(&self, drive: &Drive) -> Group {
+        let mut marks = group("marks");
+        let mut direction = None;
+        for event in &drive.events {
+            if let TaskKind::FollowDirection { direction_udeg } = event.task
+                && direction.replace(direction_udeg) != Some(direction_udeg)
+            {
+                marks.append(direction_mark(
+                    self.at(event.pose.position()),
+                    direction_udeg,
+                ));
+            }
+        }
+        for event in drive.events.iter().skip(MARK_EVERY).step_by(MARK_EVERY) {
+            // An event's pose is the one before its turn.
+            marks.append(heading_mark(
+                self.at(event.pose.position()),
+                event.pose.heading,
+            ));
+        }
+        let blocked = drive
+            .events
+            .iter()
+            .filter(|event| event.motion == Motion::Blocked);
+        let mut last = None;
+        for event in blocked {
+            let at = self.at(event.pose.position());
+            if last.replace(at) != Some(at) {
+                marks.append(blocked_mark(at));
+            }
+        }
+        let Pose { heading, .. } = drive.scenario.start;
+        marks.append(start_mark(
+            self.at(drive.scenario.start.position()),
+            heading,
+        ));
+        marks
+    }
+}
+
+/// The point at a distance in pixels from another.
+fn away([x, y]: [f64; 2], direction: Microdegrees, distance: f64) -> [f64; 2] {
+    let (sin, cos) = libm::sincos(radians(direction));
+    [x + distance * cos, y - distance * sin]
+}
+
+/// The target: within its circle the robot has arrived.
+pub(super) fn target(centre: [f64; 2], radius: f64) -> Group {
+    let mut drawing = group("target");
+    let edge = circle(centre, radius, TARGET)
+        .set("stroke", INK)
+        .set("stroke-width", 1);
+    drawing.append(edge.set("stroke-dasharray", "3 2"));
+    drawing.append(circle(centre, 1.8, INK));
+    drawing
+}
+
+/// Where a drive starts: a robot that points where it is headed.
+pub(super) fn start_mark(centre: [f64; 2], heading: Microdegrees) -> Group {
+    let mut mark = group("start");
+    mark.append(line(centre, away(centre, heading, 11.0), INK, 1.6));
+    mark.append(
+        circle(centre, 4.5, "#ffffff")
+            .set("stroke", INK)
+            .set("stroke-width", 1.6),
+    );
+    mark
+}
+
+/// A small triangle that points where the robot is headed.
+pub(super) fn heading_mark(centre: [f64; 2], heading: Microdegrees) -> svg::node::element::Path {
+    let corner = |by: i32, distance| {
+        away(
+            centre,
+            heading.turned(Microdegrees::from_degrees(by)),
+            distance,
+        )
+    };
+    let mut outline = Outline::through([corner(0, 5.5), corner(140, 4.2), corner(-140, 4.2)]);
+    outline.close();
+    outline
+        .filled(INK)
+        .set("stroke", "#ffffff")
+        .set("stroke-width", 0.6)
+}
+
+/// A cross where something stood in the way.
+pub(super) fn blocked_mark([x, y]: [f64; 2]) -> svg::node::element::Path {
+    let mut outline = Outline::default();
+    outline.move_to([x - 3.5, y - 3.5]);
+    outline.line_to([x + 3.5, y + 3.5]);
+    outline.move_to([x - 3.5, y + 3.5]);
+    outline.line_to([x + 3.5, y - 3.5]);
+    outline.stroked(INK, 1.4)
+}
+
+/// An arrow from where the direction to follow changed.
+pub(super) fn direction_mark(from: [f64; 2], direction: Microdegrees) -> Group {
+    let tip = away(from, direction, 18.0);
+    let barb = |by: i32| away(tip, direction.turned(Microdegrees::from_degrees(by)), 5.0);
+    let mut mark = group("direction");
+    mark.append(line(from, tip, INK, 1.2));
+    mark.append(Outline::through([barb(150), tip, barb(-150)]).stroked(INK, 1.2));
+    mark
+}

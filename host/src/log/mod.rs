@@ -1,0 +1,52 @@
+//! Logs: every sample the core was given and all it made of it, as integers, so that a log and
+//! the knowledge it started from replay to the same bits.
+//!
+//! Logs are MCAP files, which Foxglove, Rerun and PlotJuggler open. One has
+//!
+//! | part | holds |
+//! |---|---|
+//! | metadata `turing-rover` | [`Origin`]: format version, program version, seed, mode |
+//! | attachment `knowledge.rover` | what was known at the start, with its parameters |
+//! | channel `/step` | one [`message::Step`] per action |
+//! | channel `/end` | one [`message::End`] per trial |
+//! | attachment `knowledge-after.rover` | what was known at the end |
+//!
+//! Log times count actions: one second each, from 0. Messages are JSON with a JSON Schema; units
+//! are in the names of the fields.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `message` | the messages, their schemas and the checksum that chains them |
+//! | `writer`, `reader` | whole logs |
+//! | `table` | drives recorded by others, as CSV |
+
+pub mod message;
+mod reader;
+pub mod table;
+mod writer;
+
+pub use reader::{Entry, Log, ReadError};
+pub use writer::LogWriter;
+
+use rover_shared::learning::Mode;
+use serde::{Deserialize, Serialize};
+
+/// Version of the layout described above.
+pub const FORMAT: u32 = 1;
+
+const METADATA: &str = "turing-rover";
+const BEFORE: &str = "knowledge.rover";
+const AFTER: &str = "knowledge-after.rover";
+const STEP_TOPIC: &str = "/step";
+const END_TOPIC: &str = "/end";
+
+/// What a log started from, besides the knowledge.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// The seed of the controller's generator.
+    pub seed: u64,
+    /// Whether the controller learned.
+    pub mode: Mode,
+    /// Who wrote the log: program and version.
+    pub writer: String,
+}

@@ -1,0 +1,193 @@
+//! The knowledge's way into the rover and out of it: to the flash, to the host, and back.
+
+use super::command::must_not_drive;
+use super::{Rover, Supervision};
+use crate::action::motor_map::{MotorWeights, PaperRule};
+use crate::knowledge::Knowledge;
+use crate::parameters::Parameters;
+use crate::supervisor::Input;
+use crate::time::Instant;
+use crate::wire::message::{Chunk, Event, EventKind, Refusal, Report, State};
+
+/// What is to be written to the flash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Save {
+    /// [`Rover::knowledge_bytes`].
+    Knowledge,
+    /// [`Rover::calibrations`].
+    Calibrations,
+}
+
+/// What is to be saved, and what is being saved.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Saving {
+    /// The knowledge has changed by learning since it was last saved.
+    pub(super) knowledge: bool,
+    /// The same for the calibrations.
+    pub(super) calibrations: bool,
+    /// Permission to write was given: a write is under way, or to begin.
+    granted: Option<Save>,
+}
+
+impl Rover<'_> {
+    /// Takes over knowledge that was stored: `fill` puts it into the room it is given, and gives
+    /// its length, or `None`. The supervisor is to be [told](Self::announce).
+    ///
+    /// # Errors
+    /// [`Refusal::BadKnowledge`], and the rover has none that could be used.
+    pub fn load(&mut self, fill: impl FnOnce(&mut [u8]) -> Option<usize>) -> Result<(), Refusal> {
+        self.valid = false;
+        let length = fill(self.staging.room());
+        let bytes = length.and_then(|length| self.staging.room().get(..length));
+        if let Some(bytes) = bytes
+            && usable(bytes, self.coefficients.parameters())
+        {
+            let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+            self.valid = read.is_ok();
+        }
+        if self.valid {
+            Ok(())
+        } else {
+            Err(Refusal::BadKnowledge)
+        }
+    }
+
+    /// Forgets everything and begins with untrained knowledge. The supervisor is to be
+    /// [told](Self::announce).
+    pub fn begin(&mut self) {
+        self.controller
+            .knowledge_mut()
+            .begin(&self.coefficients.learning);
+        self.staging.changed();
+        self.valid = true;
+        // Nothing of it is worth a write; the flash keeps what it has until something is learned.
+        self.saving.knowledge = false;
+    }
+
+    /// Takes over stored calibrations; false, and nothing changed, if they are none.
+    pub fn restore_calibrations(&mut self, bytes: &[u8]) -> bool {
+        let restored = self.calibrations.restore(bytes);
+        self.adjust_motion();
+        restored
+    }
+
+    /// What is to be written to the flash now, if anything: permission was asked for and given.
+    /// To be answered with [`saved`](Self::saved).
+    pub fn take_save(&mut self, watch: &mut impl Supervision) -> Option<Save> {
+        if self.saving.granted.is_none() && watch.view().state == State::Disarmed {
+            let wanted = if self.saving.calibrations {
+                Save::Calibrations
+            } else if self.saving.knowledge && self.valid {
+                Save::Knowledge
+            } else {
+                return None;
+            };
+            watch.handle(Input::FlashWrite).ok()?;
+            self.saving.granted = Some(wanted);
+        }
+        match self.saving.granted? {
+            Save::Knowledge => {
+                self.saving.knowledge = false;
+                self.current();
+            }
+            Save::Calibrations => self.saving.calibrations = false,
+        }
+        self.saving.granted
+    }
+
+    /// The write is over. `fingerprint`: of what is in the flash now; `None` if it failed.
+    pub fn saved(
+        &mut self,
+        now: Instant,
+        fingerprint: Option<u32>,
+        watch: &mut impl Supervision,
+    ) -> Option<Report> {
+        // Only tells; nothing to refuse.
+        let written = fingerprint.is_some();
+        let _ = watch.handle(Input::FlashDone { written });
+        let saved = self.saving.granted.take()?;
+        let kind = EventKind::KnowledgeStored {
+            fingerprint: fingerprint?,
+        };
+        (saved == Save::Knowledge).then_some(Report::Event(Event { time: now, kind }))
+    }
+
+    /// The knowledge in use as bytes, from [`take_save`](Self::take_save) to
+    /// [`saved`](Self::saved).
+    pub fn knowledge_bytes(&self) -> &[u8] {
+        self.staging.staged()
+    }
+
+    pub(super) fn current(&mut self) -> (&[u8], u32) {
+        self.staging
+            .current(self.controller.knowledge(), self.coefficients.parameters())
+    }
+
+    pub(super) fn pull(
+        &mut self,
+        offset: u32,
+        watch: &mut impl Supervision,
+    ) -> Result<Report, Refusal> {
+        if !self.valid {
+            return Err(Refusal::KnowledgeInvalid);
+        }
+        must_not_drive(watch)?;
+        let parameters = self.coefficients.parameters();
+        let chunk = self
+            .staging
+            .chunk(self.controller.knowledge(), parameters, offset)?;
+        Ok(Report::Knowledge(chunk))
+    }
+
+    pub(super) fn push(
+        &mut self,
+        chunk: &Chunk,
+        watch: &mut impl Supervision,
+    ) -> Result<(), Refusal> {
+        self.must_be_disarmed(watch)?;
+        self.must_not_save()?;
+        let Some(bytes) = self.staging.accept(chunk)? else {
+            return Ok(());
+        };
+        if !usable(bytes, self.coefficients.parameters()) {
+            return Err(Refusal::BadKnowledge);
+        }
+        let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+        self.staging.received();
+        self.valid = read.is_ok();
+        self.announce(watch);
+        read.map_err(|_| Refusal::BadKnowledge)?;
+        self.save_knowledge(watch)
+    }
+
+    pub(super) fn save_knowledge(&mut self, watch: &mut impl Supervision) -> Result<(), Refusal> {
+        if !self.valid {
+            return Err(Refusal::KnowledgeInvalid);
+        }
+        watch.handle(Input::FlashWrite)?;
+        self.saving.granted = Some(Save::Knowledge);
+        Ok(())
+    }
+
+    /// What is being written to the flash must stay as it is.
+    pub(super) fn must_not_save(&self) -> Result<(), Refusal> {
+        match self.saving.granted {
+            Some(_) => Err(Refusal::FlashBusy),
+            None => Ok(()),
+        }
+    }
+
+    /// Tells the supervisor whether there is knowledge that can be used.
+    pub fn announce(&self, watch: &mut impl Supervision) {
+        // Only tells; nothing to refuse.
+        let _ = watch.handle(Input::Knowledge { valid: self.valid });
+    }
+}
+
+/// Whether bytes are knowledge that was learned with this rover's very parameters: staircases and
+/// phases mean nothing in others.
+fn usable(bytes: &[u8], ours: &Parameters) -> bool {
+    let bits = |parameters: &Parameters| parameters.to_array().map(f64::to_bits);
+    Knowledge::<MotorWeights>::inspect::<PaperRule>(bytes)
+        .is_ok_and(|theirs| bits(&theirs) == bits(ours))
+}

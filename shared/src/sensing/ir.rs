@@ -1,0 +1,313 @@
+//! Infrared range sensors: from ADC counts to free distances (IV-A: two GP2D12 ahead, one each
+//! at 45 degrees to the left and right).
+//!
+//! An [`IrArray`] takes one set of [`medians`] per sensor period and gives, channel by
+//! channel, the distance and whether the sensor can be believed. Two kinds of distance leave it:
+//!
+//! * the percept's, clipped to the paper's 14 to 64 cm ([`IrReading::ranges`]);
+//! * the unclipped one, by which a move is stopped ([`IrReading::clearance`]); there a sensor
+//!   that cannot be believed counts as an obstacle at distance 0.
+//!
+//! **Below 10 cm these sensors fold back**: their output falls again as an obstacle comes
+//! closer than the peak (at 6 to 9 cm), so that 4 cm reads like 15. No curve can undo this; the
+//! hard-stop distance of [`crate::motion`] therefore lies above the peak, and sensors should be
+//! mounted 10 cm behind the bumper's edge where the body allows it.
+//!
+//! **Wiring the curves hold for**: sensor supplied with 5 V, output straight to the pin (its
+//! peak of 2.4 to 2.6 V lies below the ADC's reference of 3.3 V, so there is no divider), 1 kOhm
+//! in series to protect the pin, 100 kOhm from the pin to ground so that an open cable reads 0,
+//! 10 uF at each sensor's supply. A new value comes every 38 +- 10 ms.
+
+pub mod curve;
+pub mod health;
+
+use crate::time::Instant;
+use crate::units::Micrometres;
+use crate::wire::message::ChannelHealth;
+use curve::RangeCurve;
+use health::ChannelMonitor;
+
+/// Channels in the order of all arrays of four.
+pub const CHANNELS: usize = 4;
+/// Index of the front left sensor.
+pub const FRONT_LEFT: usize = 0;
+/// Index of the front right sensor.
+pub const FRONT_RIGHT: usize = 1;
+/// Index of the left sensor.
+pub const LEFT: usize = 2;
+/// Index of the right sensor.
+pub const RIGHT: usize = 3;
+
+/// Nearest distance of the percept: below it noise grows (IV-A).
+pub const NEAREST: Micrometres = Micrometres::from_cm(14);
+/// Farthest distance of the percept (IV-A); ten steps of 5 cm lie between.
+pub const FARTHEST: Micrometres = Micrometres::from_cm(64);
+
+/// One conversion of the RP2040's ADC: 0 to 4095 counts for 0 to 3.3 V.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct AdcCount(u16);
+
+impl AdcCount {
+    /// Largest value of the 12 bit converter.
+    pub const MAX: u16 = 4095;
+    /// No voltage.
+    pub const ZERO: Self = Self(0);
+
+    /// Counts as the converter gives them; `None` if its error bit or an impossible bit is set.
+    pub const fn new(raw: u16) -> Option<Self> {
+        if raw > Self::MAX {
+            None
+        } else {
+            Some(Self(raw))
+        }
+    }
+
+    /// The number of counts.
+    pub const fn get(self) -> u16 {
+        self.0
+    }
+}
+
+/// The median of each channel over an odd number `N` of sweeps of the converter.
+///
+/// The RP2040's ADC has spikes of its differential nonlinearity at the codes 512, 1536, 2560 and
+/// 3584 (erratum RP2040-E11), and the sensors draw current in bursts that show on their output;
+/// a median forgets such outliers, a mean would carry them on. Five sweeps are enough.
+///
+/// `None` if a conversion failed.
+pub fn medians<const N: usize>(sweeps: &[[u16; CHANNELS]; N]) -> Option<[AdcCount; CHANNELS]> {
+    const { assert!(N % 2 == 1, "an even number has no median") };
+    let mut medians = [AdcCount(0); CHANNELS];
+    for (channel, median) in medians.iter_mut().enumerate() {
+        let mut column = [AdcCount(0); N];
+        for (place, sweep) in column.iter_mut().zip(sweeps) {
+            *place = AdcCount::new(sweep[channel])?;
+        }
+        column.sort_unstable();
+        *median = column[N / 2];
+    }
+    Some(medians)
+}
+
+/// Which sensors a board can read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fitted {
+    /// Two sensors ahead, as in the paper.
+    FrontPair,
+    /// One sensor ahead, on the front left channel: boards with three ADC pins (a stock
+    /// Raspberry Pi Pico).
+    FrontSingle,
+}
+
+/// Three free distances.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ranges {
+    /// Ahead: the shorter one of the pair.
+    pub front: Micrometres,
+    /// On the left.
+    pub left: Micrometres,
+    /// On the right.
+    pub right: Micrometres,
+}
+
+/// What one set of counts means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IrReading {
+    /// The counts.
+    pub counts: [AdcCount; CHANNELS],
+    /// Distance by each channel's curve, unclipped.
+    pub distances: [Micrometres; CHANNELS],
+    /// Whether to believe it.
+    pub health: [ChannelHealth; CHANNELS],
+}
+
+impl IrReading {
+    /// The distances for the percept: between [`NEAREST`] and [`FARTHEST`].
+    ///
+    /// A sensor that cannot be believed reads nearest.
+    pub fn ranges(&self) -> Ranges {
+        let Ranges { front, left, right } = self.clearance();
+        let [front, left, right] = [front, left, right].map(|d| d.clamp(NEAREST, FARTHEST));
+        Ranges { front, left, right }
+    }
+
+    /// The distances to stop by: unclipped, and 0 for a sensor that cannot be believed.
+    pub fn clearance(&self) -> Ranges {
+        let front = match self.health[FRONT_RIGHT] {
+            ChannelHealth::NotFitted => self.believed(FRONT_LEFT),
+            _ => self.believed(FRONT_LEFT).min(self.believed(FRONT_RIGHT)),
+        };
+        Ranges {
+            front,
+            left: self.believed(LEFT),
+            right: self.believed(RIGHT),
+        }
+    }
+
+    fn believed(&self, channel: usize) -> Micrometres {
+        match self.health[channel] {
+            ChannelHealth::Good => self.distances[channel],
+            _ => Micrometres(0),
+        }
+    }
+}
+
+/// All range sensors of a rover.
+#[derive(Clone, Debug)]
+pub struct IrArray {
+    fitted: Fitted,
+    curves: [RangeCurve; CHANNELS],
+    monitors: [ChannelMonitor; CHANNELS],
+}
+
+impl IrArray {
+    /// Sensors that all have the same curve, and that nothing is known of yet.
+    pub const fn new(fitted: Fitted, curve: RangeCurve) -> Self {
+        Self {
+            fitted,
+            curves: [curve; CHANNELS],
+            monitors: [const { ChannelMonitor::new() }; CHANNELS],
+        }
+    }
+
+    /// Replaces one channel's curve. `None` if there is no such channel.
+    pub fn calibrate(&mut self, channel: u8, curve: RangeCurve) -> Option<()> {
+        *self.curves.get_mut(usize::from(channel))? = curve;
+        Some(())
+    }
+
+    /// Replaces all curves.
+    pub fn set_curves(&mut self, curves: [RangeCurve; CHANNELS]) {
+        self.curves = curves;
+    }
+
+    /// Takes one set of medians. `moving`: whether the wheels are driven.
+    pub fn push(&mut self, now: Instant, counts: [AdcCount; CHANNELS], moving: bool) -> IrReading {
+        let distances = core::array::from_fn(|i| self.curves[i].distance(counts[i]));
+        let health = core::array::from_fn(|i| {
+            if self.has(i) {
+                self.monitors[i].push(now, counts[i], moving)
+            } else {
+                ChannelHealth::NotFitted
+            }
+        });
+        IrReading {
+            counts,
+            distances,
+            health,
+        }
+    }
+
+    /// The health of all channels, also when no more samples come.
+    pub fn health(&self, now: Instant) -> [ChannelHealth; CHANNELS] {
+        core::array::from_fn(|channel| {
+            if self.has(channel) {
+                self.monitors[channel].health(now)
+            } else {
+                ChannelHealth::NotFitted
+            }
+        })
+    }
+
+    fn has(&self, channel: usize) -> bool {
+        channel != FRONT_RIGHT || self.fitted == Fitted::FrontPair
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::time::Duration;
+    use proptest::prelude::*;
+
+    fn counts(raw: [u16; 4]) -> [AdcCount; 4] {
+        raw.map(|c| AdcCount::new(c).expect("12 bits"))
+    }
+
+    /// Pushes the counts, with one count of noise, long enough to be believed.
+    fn settled(array: &mut IrArray, raw: [u16; 4]) -> IrReading {
+        let mut now = Instant(0);
+        let mut reading = array.push(now, counts(raw), false);
+        for i in 0..20 {
+            now = now.after(Duration::from_millis(40));
+            reading = array.push(now, counts(raw.map(|c| c + i % 2)), false);
+        }
+        reading
+    }
+
+    #[test]
+    fn a_spike_does_not_pass_the_median() {
+        let sweeps = [
+            [500, 9, 1, 0],
+            [512, 7, 2, 0],
+            [499, 8, 3, 0],
+            [501, 5, 4, 0],
+            [4095, 6, 5, 0],
+        ];
+        assert_eq!(medians(&sweeps), Some(counts([501, 7, 3, 0])));
+        let failed = [[500, 9, 1, 0x8000]];
+        assert_eq!(medians(&failed), None);
+    }
+
+    #[test]
+    fn the_nearer_of_the_front_pair_counts() {
+        let mut array = IrArray::new(Fitted::FrontPair, RangeCurve::GP2D12);
+        let reading = settled(&mut array, [1_000, 1_600, 800, 600]);
+        assert_eq!(reading.clearance().front, reading.distances[FRONT_RIGHT]);
+        let reading = settled(&mut array, [1_600, 1_000, 800, 600]);
+        assert_eq!(reading.clearance().front, reading.distances[FRONT_LEFT]);
+    }
+
+    #[test]
+    fn a_single_front_sensor_does_not_wait_for_its_twin() {
+        let mut array = IrArray::new(Fitted::FrontSingle, RangeCurve::GP2D12);
+        let reading = settled(&mut array, [1_000, 0, 800, 600]);
+        assert_eq!(reading.health[FRONT_RIGHT], ChannelHealth::NotFitted);
+        assert_eq!(reading.clearance().front, reading.distances[FRONT_LEFT]);
+        assert_eq!(
+            array.health(Instant(800_000))[FRONT_RIGHT],
+            ChannelHealth::NotFitted
+        );
+    }
+
+    #[test]
+    fn a_blind_sensor_is_an_obstacle() {
+        let mut array = IrArray::new(Fitted::FrontPair, RangeCurve::GP2D12);
+        let reading = settled(&mut array, [1_000, 4_090, 800, 600]);
+        assert_eq!(reading.health[FRONT_RIGHT], ChannelHealth::Shorted);
+        assert_eq!(reading.clearance().front, Micrometres(0));
+        assert_eq!(reading.ranges().front, NEAREST);
+        let never = IrArray::new(Fitted::FrontPair, RangeCurve::GP2D12).push(
+            Instant(0),
+            counts([1_000; 4]),
+            false,
+        );
+        assert_eq!(never.clearance().front, Micrometres(0), "nothing known yet");
+    }
+
+    #[test]
+    fn only_channels_that_exist_are_calibrated() {
+        let mut array = IrArray::new(Fitted::FrontPair, RangeCurve::GP2D12);
+        assert_eq!(array.calibrate(4, RangeCurve::GP2Y0A21), None);
+        assert_eq!(array.calibrate(3, RangeCurve::GP2Y0A21), Some(()));
+    }
+
+    proptest! {
+        #[test]
+        fn the_percept_stays_in_its_range(raw in [0u16..4094, 0u16..4094, 0u16..4094, 0u16..4094]) {
+            let mut array = IrArray::new(Fitted::FrontPair, RangeCurve::GP2D12);
+            let Ranges { front, left, right } = settled(&mut array, raw).ranges();
+            for distance in [front, left, right] {
+                prop_assert!((NEAREST..=FARTHEST).contains(&distance));
+            }
+        }
+
+        #[test]
+        fn the_median_has_as_many_below_as_above(column in any::<[u16; 7]>()) {
+            let sweeps = column.map(|c| [c & AdcCount::MAX; 4]);
+            let median = medians(&sweeps).unwrap()[2].get();
+            prop_assert!(sweeps.iter().filter(|s| s[2] <= median).count() >= 4);
+            prop_assert!(sweeps.iter().filter(|s| s[2] >= median).count() >= 4);
+        }
+    }
+}

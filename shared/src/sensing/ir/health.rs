@@ -1,0 +1,230 @@
+//! Is a range sensor's channel to be believed? One state machine a channel, fed by samples.
+
+use super::AdcCount;
+use crate::time::{Duration, Instant};
+use crate::wire::message::ChannelHealth;
+
+/// At or below: cable open, or shorted to ground. 40 mV; the sensors give 0.25 V or more at
+/// 80 cm, and some 0.1 V with nothing in sight.
+pub const OPEN_LIMIT: u16 = 50;
+/// At or above: shorted to the supply. 3.2 V; the peak at 6 to 9 cm stays below 3.0 V.
+pub const SHORTED_LIMIT: u16 = 3_970;
+/// How long a rail must last before it is believed: four periods of the sensor, so that one bad
+/// measurement (it happens when the supply dips as the motors start) is no fault.
+pub const RAIL_TIME: Duration = Duration::from_millis(160);
+/// How long not one count may change while moving: ten periods of the sensor. Its noise is
+/// several counts, so even a still picture flickers; only a hung sensor or converter does not.
+pub const FROZEN_TIME: Duration = Duration::from_millis(400);
+/// How long samples must look right before a channel is believed again, or at all.
+pub const RECOVERY_TIME: Duration = Duration::from_millis(200);
+/// How long no sample may come: five periods of the sensor.
+pub const SILENT_TIME: Duration = Duration::from_millis(200);
+
+/// Watches one channel.
+#[derive(Clone, Debug)]
+pub struct ChannelMonitor {
+    health: ChannelHealth,
+    last: Option<(Instant, AdcCount)>,
+    /// How long the present run of samples at the lower, the upper rail, or at neither lasts.
+    run: (Look, Duration),
+    /// How long the wheels were driven since the counts last changed.
+    unchanged: Duration,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Look {
+    Low,
+    High,
+    Plausible,
+}
+
+impl Look {
+    const fn of(counts: AdcCount) -> Self {
+        match counts.get() {
+            ..=OPEN_LIMIT => Self::Low,
+            SHORTED_LIMIT.. => Self::High,
+            _ => Self::Plausible,
+        }
+    }
+}
+
+impl ChannelMonitor {
+    /// A channel of which nothing is known.
+    pub const fn new() -> Self {
+        Self {
+            health: ChannelHealth::Unknown,
+            last: None,
+            run: (Look::Plausible, Duration::ZERO),
+            unchanged: Duration::ZERO,
+        }
+    }
+
+    /// Takes a sample; `moving`: whether the wheels were driven since the last one.
+    pub fn push(&mut self, now: Instant, counts: AdcCount, moving: bool) -> ChannelHealth {
+        let look = Look::of(counts);
+        let (elapsed, changed) = match self.last {
+            Some((then, before)) if now.since(then) < SILENT_TIME => {
+                (now.since(then), before != counts)
+            }
+            // After a silence, or at the start, the channel has to convince anew.
+            _ => {
+                self.health = ChannelHealth::Unknown;
+                self.run = (look, Duration::ZERO);
+                (Duration::ZERO, true)
+            }
+        };
+        self.last = Some((now, counts));
+        let lasted = if self.run.0 == look {
+            self.run.1.plus(elapsed)
+        } else {
+            Duration::ZERO
+        };
+        self.run = (look, lasted);
+        if changed {
+            self.unchanged = Duration::ZERO;
+        } else if moving {
+            self.unchanged = self.unchanged.plus(elapsed);
+        }
+        self.health = self.judge();
+        self.health
+    }
+
+    fn judge(&self) -> ChannelHealth {
+        match self.run {
+            (Look::Low, lasted) if lasted >= RAIL_TIME => ChannelHealth::Open,
+            (Look::High, lasted) if lasted >= RAIL_TIME => ChannelHealth::Shorted,
+            _ if self.unchanged >= FROZEN_TIME => ChannelHealth::Frozen,
+            (Look::Plausible, lasted) if lasted >= RECOVERY_TIME => ChannelHealth::Good,
+            _ => self.health,
+        }
+    }
+
+    /// The health at this time, also when no more samples come.
+    pub fn health(&self, now: Instant) -> ChannelHealth {
+        match self.last {
+            Some((then, _)) if now.since(then) >= SILENT_TIME => ChannelHealth::Silent,
+            _ => self.health,
+        }
+    }
+}
+
+impl Default for ChannelMonitor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One sensor period in milliseconds, rounded.
+    const PERIOD: u32 = 40;
+
+    struct Bench {
+        monitor: ChannelMonitor,
+        now: Instant,
+    }
+
+    impl Bench {
+        /// A channel that is believed.
+        fn good() -> Self {
+            let mut bench = Self {
+                monitor: ChannelMonitor::new(),
+                now: Instant(0),
+            };
+            assert_eq!(bench.feed(10, true, |i| 1_000 + i % 2), ChannelHealth::Good);
+            bench
+        }
+
+        fn feed(&mut self, samples: u16, moving: bool, counts: fn(u16) -> u16) -> ChannelHealth {
+            let mut health = self.monitor.health(self.now);
+            for i in 0..samples {
+                self.now = self.now.after(Duration::from_millis(PERIOD));
+                let counts = AdcCount::new(counts(i)).expect("12 bits");
+                health = self.monitor.push(self.now, counts, moving);
+            }
+            health
+        }
+
+        /// Milliseconds until the health is this.
+        fn time_to(&mut self, wanted: ChannelHealth, counts: fn(u16) -> u16) -> u32 {
+            let samples = (1..50).find(|_| self.feed(1, true, counts) == wanted);
+            samples.expect("it is found out at all") * PERIOD
+        }
+    }
+
+    #[test]
+    fn a_good_channel_is_believed_only_after_a_while() {
+        let mut bench = Bench {
+            monitor: ChannelMonitor::new(),
+            now: Instant(0),
+        };
+        assert_eq!(bench.feed(1, false, |_| 1_000), ChannelHealth::Unknown);
+        assert_eq!(bench.time_to(ChannelHealth::Good, |_| 1_000), 200);
+    }
+
+    #[test]
+    fn every_fault_is_found_within_half_a_second() {
+        assert!(Bench::good().time_to(ChannelHealth::Open, |_| 3) < 500);
+        assert!(Bench::good().time_to(ChannelHealth::Shorted, |_| 4_095) < 500);
+        assert!(Bench::good().time_to(ChannelHealth::Frozen, |_| 1_234) < 500);
+    }
+
+    #[test]
+    fn a_short_dip_or_peak_is_no_fault() {
+        let mut bench = Bench::good();
+        assert_eq!(bench.feed(4, true, |_| 0), ChannelHealth::Good);
+        assert_eq!(bench.feed(1, true, |_| 900), ChannelHealth::Good);
+        assert_eq!(bench.feed(4, true, |_| 4_095), ChannelHealth::Good);
+    }
+
+    #[test]
+    fn a_still_rover_may_see_a_still_world() {
+        let mut bench = Bench::good();
+        assert_eq!(bench.feed(1_000, false, |_| 1_234), ChannelHealth::Good);
+        assert_eq!(
+            bench.feed(10, true, |_| 1_234),
+            ChannelHealth::Frozen,
+            "moving it may not"
+        );
+    }
+
+    #[test]
+    fn driven_time_adds_up_over_moves() {
+        let mut bench = Bench::good();
+        bench.feed(5, true, |_| 1_234);
+        bench.feed(50, false, |_| 1_234);
+        assert_eq!(bench.feed(6, true, |_| 1_234), ChannelHealth::Frozen);
+    }
+
+    #[test]
+    fn one_count_of_change_is_life() {
+        let mut bench = Bench::good();
+        assert_eq!(
+            bench.feed(400, true, |i| 1_234 + u16::from(i % 9 == 0)),
+            ChannelHealth::Good
+        );
+    }
+
+    #[test]
+    fn a_fault_heals_after_a_while_of_good_samples() {
+        let mut bench = Bench::good();
+        bench.feed(10, true, |_| 0);
+        assert_eq!(bench.feed(5, true, |i| 900 + i), ChannelHealth::Open);
+        assert_eq!(bench.feed(1, true, |_| 950), ChannelHealth::Good);
+    }
+
+    #[test]
+    fn silence_is_noticed_without_a_sample_and_mistrusted_afterwards() {
+        let mut bench = Bench::good();
+        let later = bench.now.after(SILENT_TIME);
+        assert_eq!(
+            bench.monitor.health(bench.now.after(Duration(199_999))),
+            ChannelHealth::Good
+        );
+        assert_eq!(bench.monitor.health(later), ChannelHealth::Silent);
+        bench.now = later;
+        assert_eq!(bench.feed(1, true, |_| 900), ChannelHealth::Unknown);
+    }
+}

@@ -1,0 +1,211 @@
+//! Logs replay to the same bits, and any change to one is found.
+
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+use std::io::Cursor;
+
+use proptest::prelude::*;
+use rover_host::arena::{ArenaSource, Layout};
+use rover_host::experiment::{Known, SessionPlan, learn};
+use rover_host::log::{Log, LogWriter, Origin, ReadError};
+use rover_host::{knowledge, replay};
+use rover_shared::learning::Mode;
+use rover_shared::parameters::{Coefficients, Parameters};
+
+/// A short session's log.
+fn record(seed: u64, trials: u32, follow_direction: bool) -> Vec<u8> {
+    let coefficients = Coefficients::new(&Parameters::PAPER).unwrap();
+    let arenas = ArenaSource::from(Layout::paper());
+    let plan = SessionPlan {
+        seed,
+        trials,
+        steps: 120,
+        follow_direction,
+        arenas,
+    };
+    let before = knowledge::to_bytes(
+        &Known::new(&coefficients.learning),
+        coefficients.parameters(),
+    );
+    let origin = Origin {
+        seed,
+        mode: Mode::Learn,
+        writer: "test".into(),
+    };
+    let mut log = LogWriter::new(Cursor::new(Vec::new()), &origin, &before).unwrap();
+    let learned = learn(&plan, &coefficients, &mut log, |_| {});
+    let after = knowledge::to_bytes(&learned.knowledge, coefficients.parameters());
+    log.finish(&after).unwrap().into_inner()
+}
+
+/// The log with `from` replaced by `to` at its `nth` occurrence, of the same length, and the
+/// checksums of the MCAP container recalculated by writing every message anew.
+fn forge(log: &[u8], from: &str, to: &str, nth: usize) -> Vec<u8> {
+    let mut out = mcap::WriteOptions::new()
+        .compression(None)
+        .create(Cursor::new(Vec::new()))
+        .unwrap();
+    for record in mcap::read::LinearReader::new(log).unwrap() {
+        match record.unwrap() {
+            mcap::records::Record::Metadata(metadata) => out.write_metadata(&metadata).unwrap(),
+            mcap::records::Record::Attachment { header, data, .. } => out
+                .attach(&mcap::Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data,
+                })
+                .unwrap(),
+            _ => {}
+        }
+    }
+    let mut seen = 0;
+    for message in mcap::MessageStream::new(log).unwrap() {
+        let mut message = message.unwrap();
+        let text = String::from_utf8(message.data.to_vec()).unwrap();
+        let here = text.matches(from).count();
+        if (seen..seen + here).contains(&nth) {
+            let (at, _) = text.match_indices(from).nth(nth - seen).unwrap();
+            let forged = format!("{}{to}{}", &text[..at], &text[at + from.len()..]);
+            message.data = forged.into_bytes().into();
+        }
+        seen += here;
+        out.write(&message).unwrap();
+    }
+    assert!(seen > nth, "{from} occurs {seen} times");
+    out.finish().unwrap();
+    out.into_inner().into_inner()
+}
+
+fn first_difference(log: &[u8]) -> Option<String> {
+    let log = Log::read(log).unwrap();
+    replay::verify(&log)
+        .unwrap()
+        .difference
+        .map(|difference| difference.to_string())
+}
+
+#[test]
+fn a_log_replays_to_the_same_bits() {
+    for follow_direction in [false, true] {
+        let log = Log::read(&record(11, 8, follow_direction)).unwrap();
+        let replayed = replay::verify(&log).unwrap();
+        assert_eq!(replayed.difference, None);
+        assert!(replayed.complete && replayed.steps > 100, "{replayed:?}");
+        assert_eq!(replayed.trials, 8);
+    }
+}
+
+#[test]
+fn one_seed_writes_one_log() {
+    assert!(record(12, 3, false) == record(12, 3, false));
+    assert!(record(12, 3, false) != record(13, 3, false));
+}
+
+#[test]
+fn a_changed_output_is_named() {
+    let log = record(11, 2, false);
+    let text = first_difference(&forge(
+        &log,
+        "\"module_um\":40000",
+        "\"module_um\":40001",
+        5,
+    ));
+    let text = text.unwrap();
+    assert!(
+        text.contains("message 6 (trial 1): record.action.module_um"),
+        "{text}"
+    );
+    assert!(
+        text.contains("recorded as 40001, the core gives 40000"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_changed_input_is_named_by_what_follows_from_it() {
+    let log = record(11, 2, false);
+    let forged = forge(&log, "\"front_um\":400000", "\"front_um\":300000", 0);
+    let text = first_difference(&forged).unwrap();
+    assert!(text.contains("record.sensed.percept_ppm[0]"), "{text}");
+    assert!(
+        text.contains("recorded as 1000000, the core gives 500000"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_change_that_nothing_follows_from_is_found_too() {
+    let log = record(11, 2, false);
+    let text = first_difference(&forge(&log, "\"x_um\":1", "\"x_um\":2", 0)).unwrap();
+    assert!(text.contains("a value that no output depends on"), "{text}");
+}
+
+/// Messages of a chunk, at most: 768 KiB of no less than 500 bytes each.
+const CHUNK: usize = 1_600;
+
+/// A log of several chunks.
+fn long_log() -> &'static [u8] {
+    static LOG: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| record(15, 30, true));
+    &LOG
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Whatever byte of a file is changed, the log is refused or the difference found, unless the
+    /// byte belongs to what readers do not use (the index, names of the writing library).
+    #[test]
+    fn no_changed_message_byte_goes_unnoticed(at: prop::sample::Index, by in 1u8..=255) {
+        let log = record(14, 2, false);
+        let intact = Log::read(&log).unwrap();
+        let mut changed = log.clone();
+        let at = at.index(changed.len());
+        changed[at] ^= by;
+        match Log::read(&changed) {
+            Err(_) => {}
+            Ok(read) => {
+                let same = read.entries == intact.entries
+                    && read.before == intact.before
+                    && read.after == intact.after
+                    && read.origin == intact.origin;
+                // Damage looks like a cut where it hits the length of a record.
+                let unnoticed = replay::verify(&read)
+                    .is_ok_and(|replayed| replayed.difference.is_none() && replayed.complete);
+                prop_assert!(same || !unnoticed, "byte {at}");
+            }
+        }
+    }
+
+    /// A log that ends anywhere is readable up to there.
+    #[test]
+    fn a_cut_log_is_readable_up_to_the_cut(at: prop::sample::Index) {
+        let log = long_log();
+        let whole = Log::read(log).unwrap();
+        let cut = at.index(log.len());
+        match Log::read(&log[..cut]) {
+            Ok(read) => {
+                prop_assert!(read.cut_off);
+                prop_assert!(whole.entries.starts_with(&read.entries));
+                // All but the chunk that was being written can be read.
+                let share = whole.entries.len() * cut / log.len();
+                prop_assert!(read.entries.len() + CHUNK >= share, "cut at {cut}");
+                prop_assert_eq!(replay::verify(&read).unwrap().difference, None);
+            }
+            // Only a log without its beginning says nothing at all.
+            Err(error) => prop_assert!(cut < 4_000, "cut at {cut}: {error}"),
+        }
+    }
+}
+
+#[test]
+fn other_files_are_refused_with_a_sentence() {
+    let text = |file: &[u8]| Log::read(file).unwrap_err().to_string();
+    assert!(text(b"").contains("not an MCAP file"), "{}", text(b""));
+    assert!(text(b"t_s,front_cm\n").contains("not an MCAP file"));
+    let mut foreign = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
+    foreign.finish().unwrap();
+    let foreign = foreign.into_inner().into_inner();
+    assert!(matches!(Log::read(&foreign), Err(ReadError::Foreign(_))));
+}

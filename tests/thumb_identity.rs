@@ -1,0 +1,96 @@
+//! The core calculates the same on the board's processor as on the host: `thumb/` is built for
+//! thumbv6m, run on the emulator's bare machine, and its checksums compared with those of the same
+//! code here.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rover_host::board::bare::{Bare, Exit};
+use rover_host::board::elf::Image;
+
+#[path = "thumb/src/groups.rs"]
+mod groups;
+
+const TARGET: &str = "thumbv6m-none-eabi";
+const PACKAGE: &str = "rover-thumb-vectors";
+/// Ten times what it takes.
+const CYCLE_LIMIT: u64 = 2_000_000_000;
+
+/// One line a group.
+#[derive(Default)]
+struct Lines(Vec<String>);
+
+impl groups::Report for Lines {
+    fn group(&mut self, name: &str, checksum: u32) {
+        self.0.push(format!("{name} {checksum:08x}"));
+    }
+}
+
+/// Runs a command in the workspace.
+///
+/// # Panics
+/// With what it printed, if it fails.
+fn run(command: &mut Command) -> String {
+    let output = command
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .output()
+        .unwrap_or_else(|error| panic!("{command:?} cannot be started: {error}"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{command:?} failed:\n{errors}");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn install_target() {
+    let libraries =
+        run(Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]));
+    if !Path::new(libraries.trim()).exists() {
+        run(Command::new("rustup").args(["target", "add", TARGET]));
+    }
+}
+
+fn build() -> PathBuf {
+    install_target();
+    // Not the target folder that the command which runs this test may have locked.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thumb");
+    run(Command::new(env!("CARGO"))
+        .args([
+            "build",
+            "--release",
+            "--package",
+            PACKAGE,
+            "--target",
+            TARGET,
+            "--target-dir",
+        ])
+        .arg(&folder));
+    folder.join(TARGET).join("release").join(PACKAGE)
+}
+
+#[test]
+fn board_and_host_calculate_the_same() {
+    let file = std::fs::read(build()).expect("the program was built");
+    let image = Image::parse(&file).expect("the program is an ELF file");
+    let vectors = image
+        .symbol("__vector_table")
+        .expect("the program has a vector table");
+    let mut machine = Bare::new();
+    machine
+        .load(&image)
+        .expect("the program fits into the machine");
+    machine.reset(vectors.address);
+    let exit = machine
+        .run(CYCLE_LIMIT)
+        .expect("the program ends by itself");
+    let output = String::from_utf8_lossy(machine.output());
+    println!("{output}({} cycles in all)", machine.cycles());
+    assert_eq!(exit, Exit::SUCCESS, "{output}");
+    let mut here = Lines::default();
+    groups::run(&mut here);
+    let mut there: Vec<&str> = output.lines().collect();
+    let cycles = there.pop().unwrap_or_default();
+    assert!(cycles.starts_with("cycles of"), "{output}");
+    assert_eq!(
+        there, here.0,
+        "on the board's processor (left) and here (right)"
+    );
+}
