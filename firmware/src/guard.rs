@@ -127,8 +127,18 @@ pub fn gated(command: WheelCommand, apply: impl FnOnce(WheelCommand)) {
 pub struct Watch;
 
 impl Watch {
+    /// Asks or tells the supervisor. Whatever takes the motors' permission away has switched them off
+    /// when this returns, not only when the guard next looks: a write to the flash, which may follow
+    /// a disarming at once, masks the guard's interrupt for up to 400 ms.
     fn with<R>(f: impl FnOnce(&mut (Instant, &mut Supervisor)) -> R) -> R {
-        GUARD.lock(|guard| f(&mut (now(), &mut guard.borrow_mut().supervisor)))
+        GUARD.lock(|guard| {
+            let supervisor = &mut guard.borrow_mut().supervisor;
+            let answer = f(&mut (now(), supervisor));
+            if !supervisor.motors_enabled() {
+                board::motors_off();
+            }
+            answer
+        })
     }
 }
 

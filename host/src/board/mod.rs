@@ -7,3 +7,4 @@
 pub mod bare;
 pub mod cpu;
 pub mod elf;
+pub mod peripheral;

@@ -101,7 +101,10 @@ impl Bench {
     fn command(&mut self, command: &Command) -> (Result<(), Refusal>, Option<Report>) {
         let seen = self.seen();
         let mut watch = (self.now, &mut self.supervisor);
-        self.rover.handle(self.now, command, &seen, &mut watch)
+        let answer = self.rover.handle(self.now, command, &seen, &mut watch);
+        // As the firmware's guard does whenever somebody has spoken to the supervisor.
+        self.applied = self.supervisor.gate(self.applied);
+        answer
     }
 
     fn done(&mut self, command: Command) -> Option<Report> {
