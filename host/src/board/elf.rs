@@ -97,6 +97,16 @@ impl Image {
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied()
     }
+
+    /// The symbols whose names contain all these parts: mangled names differ from build to build,
+    /// but hold the path of what they name.
+    pub fn symbols_with<'a>(&'a self, parts: &'a [&str]) -> impl Iterator<Item = Symbol> + 'a {
+        let named = |name: &str| parts.iter().all(|part| name.contains(part));
+        self.symbols
+            .iter()
+            .filter(move |(name, _)| named(name))
+            .map(|(_, symbol)| *symbol)
+    }
 }
 
 #[cfg(test)]

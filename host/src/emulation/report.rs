@@ -1,0 +1,134 @@
+//! What an emulated rover is measured by.
+
+use rover_shared::time::Duration;
+use serde::Serialize;
+
+use super::Emulation;
+use crate::board::elf::Image;
+use crate::board::machine::Load;
+use crate::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use crate::board::probe::{Probe, ProbeId};
+
+/// Sizes of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Sizes {
+    /// Bytes of the flash that it takes.
+    pub flash_bytes: u32,
+    /// Bytes of RAM that its variables take, without the stack.
+    pub static_ram_bytes: u32,
+}
+
+impl Sizes {
+    /// The sizes of a program, by its segments.
+    pub fn of(image: &Image) -> Self {
+        let bytes = |size: usize| size as u32;
+        Self {
+            flash_bytes: image.segments.iter().map(|s| bytes(s.bytes.len())).sum(),
+            static_ram_bytes: image.ram_bytes,
+        }
+    }
+}
+
+/// How long the calls of a function took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Span {
+    /// How many calls.
+    pub calls: u64,
+    /// Mean cycles of a call, without the interrupts in between.
+    pub mean_cycles: f64,
+    /// Most cycles of a call.
+    pub most_cycles: Cycles,
+    /// Mean time in milliseconds, at 125 MHz.
+    pub mean_ms: f64,
+    /// Longest time in milliseconds.
+    pub most_ms: f64,
+}
+
+impl Span {
+    fn of(probe: &Probe) -> Option<Self> {
+        let calls = probe.calls();
+        let most_cycles = calls.iter().map(|call| call.cycles()).max()?;
+        let sum: Cycles = calls.iter().map(|call| call.cycles()).sum();
+        let mean_cycles = sum as f64 / calls.len() as f64;
+        let ms = |cycles: f64| cycles / (1_000 * CYCLES_PER_MICROSECOND) as f64;
+        Some(Self {
+            calls: probe.count(),
+            mean_cycles,
+            most_cycles,
+            mean_ms: ms(mean_cycles),
+            most_ms: ms(most_cycles as f64),
+        })
+    }
+}
+
+/// What was measured of a run.
+///
+/// Neither the flash's cache nor the waiting of the bus is emulated: code that runs from the flash
+/// takes as long here as it would from RAM.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EmulationReport {
+    /// Emulated seconds.
+    pub seconds: f64,
+    /// Actions that the board reported.
+    pub actions: u32,
+    /// Growing one pattern.
+    pub perception: Option<Span>,
+    /// All computing of one action: sense, learn, perceive, choose.
+    pub action_cycle: Option<Span>,
+    /// Share of the time that the core was busy.
+    pub cpu_load: f64,
+    /// The most bytes that were on the stack.
+    pub stack_high_water_bytes: Option<u32>,
+    /// Bytes that the stack may have.
+    pub stack_bytes: Option<u32>,
+    /// What the program takes.
+    pub sizes: Sizes,
+    /// Flash operations, erase or program, since power-up.
+    pub flash_operations: u64,
+    /// Faults, resets and power cuts of the board.
+    pub incidents: u64,
+}
+
+/// Measures a run.
+#[derive(Debug)]
+pub struct Meter {
+    perception: Option<ProbeId>,
+    action_cycle: Option<ProbeId>,
+    load: Load,
+    sizes: Sizes,
+}
+
+impl Meter {
+    /// Begins to measure. While it does the board runs slower.
+    pub fn new(emulation: &mut Emulation, image: &Image) -> Self {
+        let mut probe = |parts: &[&str]| {
+            let function = image.symbols_with(parts).next()?;
+            Some(emulation.machine_mut().add_probe(function.address))
+        };
+        Self {
+            perception: probe(&["lattice", "Lattice", "6settle"]),
+            action_cycle: probe(&["begin_cycle"]),
+            load: emulation.machine().load(),
+            sizes: Sizes::of(image),
+        }
+    }
+
+    /// What was measured so far.
+    pub fn report(&self, emulation: &Emulation) -> EmulationReport {
+        let machine = emulation.machine();
+        let span = |probe: Option<ProbeId>| Span::of(machine.probe(probe?));
+        let Duration(us) = emulation.now().since(rover_shared::time::Instant(0));
+        EmulationReport {
+            seconds: us as f64 / 1e6,
+            actions: emulation.progress().actions,
+            perception: span(self.perception),
+            action_cycle: span(self.action_cycle),
+            cpu_load: machine.load().since(self.load).share(),
+            stack_high_water_bytes: machine.stack_high_water(),
+            stack_bytes: machine.stack_size(),
+            sizes: self.sizes,
+            flash_operations: machine.flash_operations(),
+            incidents: machine.incidents().count(),
+        }
+    }
+}
