@@ -12,7 +12,7 @@
 //! | `infrared` | GP2D12 and GP2Y0A21: [`Characteristic`] |
 //! | `compass` | CMPS03: [`CompassModel`] |
 //! | `fault`, `schedule` | what can go wrong, and when: [`Fault`], [`Schedule`] |
-//! | [`bench`] | the firmware's loop around a vehicle, without the board |
+//! | [`mod@bench`] | the firmware's loop around a vehicle, without the board |
 
 pub mod bench;
 mod body;
