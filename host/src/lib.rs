@@ -17,3 +17,4 @@ pub mod parameters;
 pub mod reference;
 pub mod replay;
 pub mod report;
+pub mod vehicle;
