@@ -72,6 +72,8 @@ pub struct Client {
     inbox: Inbox,
     /// Heard, and not looked at yet.
     fresh: VecDeque<Received>,
+    /// Both sides were found to be made from the same contract.
+    introduced: bool,
     hello: Hello,
     keep_answers: bool,
     /// Heartbeats are sent; when the last was.
@@ -84,6 +86,23 @@ impl Client {
     /// # Errors
     /// Nobody answers, or not in our protocol.
     pub fn open(port: Box<dyn Port>) -> Result<Self, LinkError> {
+        let mut client = Self::new(port);
+        client.introduce()?;
+        Ok(client)
+    }
+
+    /// Disarms whatever rover is at the port, also one of another schema: stopping needs no
+    /// introduction.
+    ///
+    /// # Errors
+    /// It does not answer, or speaks another protocol.
+    pub fn disarm(port: Box<dyn Port>) -> Result<(), LinkError> {
+        let mut client = Self::new(port);
+        client.port.send(&[0])?;
+        client.ask(&Command::Disarm)
+    }
+
+    fn new(port: Box<dyn Port>) -> Self {
         let nobody = Hello {
             schema: 0,
             board: Default::default(),
@@ -92,17 +111,16 @@ impl Client {
             seed: 0,
             knowledge: None,
         };
-        let mut client = Self {
+        Self {
             port,
             encoder: Encoder::new(),
             inbox: Inbox::default(),
             fresh: VecDeque::new(),
+            introduced: false,
             hello: nobody,
             keep_answers: false,
             heartbeat: None,
-        };
-        client.introduce()?;
-        Ok(client)
+        }
     }
 
     /// Who the rover is, as it last said.
@@ -284,6 +302,7 @@ impl Client {
                     }
                 }
                 if open && let Some(hello) = hello {
+                    self.introduced = true;
                     self.hello = hello;
                     return Ok(());
                 }
@@ -343,7 +362,7 @@ impl Client {
         match &received.report {
             // Of a heartbeat, or late.
             Report::Ack(_) => self.keep_if(self.keep_answers, received),
-            Report::Hello(hello) => {
+            Report::Hello(hello) if self.introduced => {
                 self.check(PROTOCOL_VERSION, hello.schema)?;
                 self.hello = hello.clone();
                 let restarted = received.sequence == 0;

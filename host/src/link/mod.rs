@@ -33,4 +33,4 @@ pub mod serial;
 pub use client::{Client, LinkError, name_of};
 pub use inbox::{Counters, Received};
 pub use port::{Port, PortError};
-pub use refusal::explain;
+pub use refusal::{channel_health, channel_name, compass_health, explain, fault_name};
