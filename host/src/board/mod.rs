@@ -8,3 +8,4 @@ pub mod bare;
 pub mod cpu;
 pub mod elf;
 pub mod peripheral;
+pub mod usb;
