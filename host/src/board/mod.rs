@@ -51,3 +51,4 @@ mod xosc;
 
 pub use incident::{Incident, Incidents};
 pub use machine::Machine;
+pub mod usb;
