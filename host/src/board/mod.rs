@@ -4,6 +4,7 @@
 //! [`cpu::Bus`]. [`elf`] reads what is to be run. [`bare`] is the smallest machine that runs it:
 //! flash, RAM and semihosting.
 
+pub mod adc;
 pub mod bare;
 pub mod cpu;
 pub mod elf;
