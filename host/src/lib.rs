@@ -8,6 +8,7 @@ pub mod baseline;
 pub mod board;
 pub mod cli;
 pub mod drive_report;
+pub mod emulation;
 pub mod experiment;
 pub mod figure;
 pub mod files;

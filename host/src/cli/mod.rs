@@ -7,6 +7,7 @@ mod arm;
 mod calibrate;
 mod disarm;
 mod drive;
+mod emulate;
 mod interrupt;
 mod knowledge;
 mod learn;
@@ -45,6 +46,8 @@ enum Command {
     Perceive(perceive::Arguments),
     /// Run logged samples through the core once more
     Replay(replay::Arguments),
+    /// Boot the firmware on an emulated board and let it drive through an arena
+    Emulate(emulate::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
     /// List the rovers that are connected
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Test(arguments) => test::run(&arguments),
         Command::Perceive(arguments) => perceive::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Emulate(arguments) => emulate::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
         Command::Ports(arguments) => ports::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),

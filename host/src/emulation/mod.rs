@@ -151,6 +151,23 @@ impl Emulation {
         self.track.pose_at(board_time)
     }
 
+    /// What the board is doing, for whoever wonders why nothing happens.
+    pub fn whereabouts(&self) -> String {
+        if !self.machine.powered() {
+            return "it is without power".into();
+        }
+        let core = self.machine.core();
+        let last = self.machine.incidents().first().last();
+        let incident = last.map_or("nothing went wrong before".into(), |incident| {
+            format!(
+                "before, at {:.3} s: {:?}",
+                (incident.at / CYCLES_PER_MICROSECOND) as f64 / 1e6,
+                incident.kind
+            )
+        });
+        format!("its core is at {:#010x}, {:?}; {incident}", core.pc(), core.activity())
+    }
+
     // The port.
 
     /// Opens or closes the host's port.

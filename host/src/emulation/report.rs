@@ -1,5 +1,7 @@
 //! What an emulated rover is measured by.
 
+use std::fmt;
+
 use rover_shared::time::Duration;
 use serde::Serialize;
 
@@ -87,6 +89,31 @@ pub struct EmulationReport {
     pub flash_operations: u64,
     /// Faults, resets and power cuts of the board.
     pub incidents: u64,
+}
+
+impl fmt::Display for EmulationReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut span = |name: &str, span: &Option<Span>| match span {
+            Some(span) => writeln!(
+                f,
+                "{name:<28} {:.2} ms ({:.0} cycles), at most {:.2} ms; {} calls",
+                span.mean_ms, span.mean_cycles, span.most_ms, span.calls
+            ),
+            None => writeln!(f, "{name:<28} not found among the program's symbols"),
+        };
+        span("a perception", &self.perception)?;
+        span("all computing of an action", &self.action_cycle)?;
+        writeln!(f, "{:<28} {:.1} %", "load of the core", 100.0 * self.cpu_load)?;
+        if let Some((most, size)) = self.stack_high_water_bytes.zip(self.stack_bytes) {
+            writeln!(f, "{:<28} {most} of {size} bytes", "stack, at most")?;
+        }
+        let Sizes {
+            flash_bytes,
+            static_ram_bytes,
+        } = self.sizes;
+        writeln!(f, "{:<28} {flash_bytes} bytes", "flash")?;
+        writeln!(f, "{:<28} {static_ram_bytes} bytes", "static RAM")
+    }
 }
 
 /// Measures a run.

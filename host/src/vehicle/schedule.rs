@@ -172,6 +172,19 @@ impl Schedule {
         }
     }
 
+    /// Adds faults to those still to come.
+    pub fn extend(&mut self, faults: &[ScheduledFault]) {
+        self.waiting.extend_from_slice(faults);
+    }
+
+    /// The faults still to come that are given a flash operation, and which.
+    pub fn at_flash_operations(&self) -> impl Iterator<Item = (u32, Fault)> + '_ {
+        self.waiting.iter().filter_map(|next| match next.at {
+            Moment::FlashOperation(n) => Some((n, next.fault)),
+            Moment::Time(_) | Moment::Action(_) => None,
+        })
+    }
+
     /// Whether nothing is to come and nothing is to end.
     pub fn is_settled(&self) -> bool {
         self.waiting.is_empty() && self.active.iter().all(|(_, until)| until.is_none())
