@@ -385,6 +385,11 @@ impl Machine {
         self.bus.boot
     }
 
+    /// Microseconds that the board's timer has counted: since its last reset, once it is set up.
+    pub fn timer_us(&self) -> u64 {
+        self.bus.peripherals.timer.count(self.bus.now)
+    }
+
     /// Bytes at an address of RAM or flash; `None` elsewhere.
     pub fn read(&self, address: u32, size: usize) -> Option<&[u8]> {
         let (memory, start) = if address >= super::memory::RAM {

@@ -126,8 +126,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut client = Client::open(Box::new(EmulatedPort::open(Rc::clone(&rover))?))?;
     eprintln!("rover: {}", narrate::hello(client.hello()));
     if let Some(path) = &arguments.knowledge {
-        let bytes = crate::knowledge::read_bytes(path)?;
-        client.push_knowledge(&bytes, &mut |_, _| {})?;
+        let loaded = crate::knowledge::load(path)?;
+        let bytes = crate::knowledge::to_bytes(&loaded.known, loaded.coefficients.parameters());
+        client.push_knowledge(&bytes, |_, _| {})?;
     }
     let steering = Steering {
         task: Some(arguments.task.task()),

@@ -241,7 +241,8 @@ impl Emulation {
             }
         }
         self.progress.flash_operations = self.machine.flash_operations() as u32;
-        self.track.note(self.machine.timer_us(), self.vehicle.pose());
+        self.track
+            .note(Instant(self.machine.timer_us()), self.vehicle.pose());
     }
 
     /// What the vehicle's sensors give to the board.

@@ -679,6 +679,11 @@ impl Host {
     }
 }
 
+    /// Whether bytes have come.
+    pub fn has_received(&self) -> bool {
+        !self.received.is_empty()
+    }
+
 impl Connection {
     /// What to ask the device, if anything.
     fn request(&self, dtr: bool) -> Option<Request> {

@@ -179,6 +179,11 @@ impl Usb {
         bytes
     }
 
+    /// Whether bytes have come that were not taken.
+    pub fn has_received(&self) -> bool {
+        self.host.has_received()
+    }
+
     /// What the host sees of the board.
     pub fn state(&self) -> State {
         self.host.state()
