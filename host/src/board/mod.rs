@@ -17,6 +17,7 @@
 //! What is missing: the second core, UART, SPI, PIO and RTC, wait states and the flash cache. What
 //! takes the clock to stop or change (dormant and deep sleep) has no effect.
 
+pub mod adc;
 pub mod bare;
 mod boot_rom;
 mod boot_services;
