@@ -4,6 +4,7 @@
 //! events (an alarm, a conversion's end, a packet) make the machine look after the peripherals;
 //! while it sleeps, time goes straight to the next event.
 
+use super::adc::Adc;
 use super::bus::{Boot, SystemBus};
 use super::cpu::{Activity, Core, FaultReport};
 use super::elf::Image;
@@ -14,6 +15,7 @@ use super::pins::Output;
 use super::probe::{Probe, ProbeId, Probes};
 use super::psm::stage;
 use super::stack::Stack;
+use super::usb::Usb;
 use super::vreg_and_chip_reset::ChipReset;
 
 /// Where the boot ROM's vectors are.
@@ -258,6 +260,7 @@ impl Machine {
             self.note_reset(Kind::Requested);
             self.reset_core();
         }
+        let transfers = self.bus.run_dma();
         let lines = self.bus.peripherals.interrupt_lines();
         if lines != self.lines {
             self.lines = lines;
@@ -266,6 +269,7 @@ impl Machine {
         let events = [
             self.bus.peripherals.next_event(),
             self.bus.flash.next_event(),
+            transfers,
         ];
         events.into_iter().flatten().min().unwrap_or(Cycles::MAX)
     }
@@ -366,6 +370,21 @@ impl Machine {
     pub fn set_input(&mut self, pin: usize, level: Option<bool>) {
         self.peripherals_mut().outside[pin] = level;
         self.bus.peripherals.pins_changed();
+    }
+
+    /// The converter, to set its inputs.
+    pub fn adc_mut(&mut self) -> &mut Adc {
+        &mut self.peripherals_mut().adc
+    }
+
+    /// USB: the cable and the host at its end.
+    pub fn usb(&self) -> &Usb {
+        &self.bus.peripherals.usb
+    }
+
+    /// USB, to change something there. Its functions want the time, [`Machine::now`].
+    pub fn usb_mut(&mut self) -> &mut Usb {
+        &mut self.peripherals_mut().usb
     }
 
     fn peripherals_mut(&mut self) -> &mut Peripherals {

@@ -29,6 +29,8 @@ mod boot_services;
 pub mod bus;
 mod clocks;
 pub mod cpu;
+pub mod dma;
+mod dma_transfers;
 pub mod elf;
 mod flash;
 mod gpio;
