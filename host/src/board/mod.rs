@@ -7,5 +7,6 @@
 pub mod adc;
 pub mod bare;
 pub mod cpu;
+pub mod dma;
 pub mod elf;
 pub mod peripheral;
