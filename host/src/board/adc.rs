@@ -190,8 +190,8 @@ impl Adc {
         self.wide_codes = wide;
     }
 
-    /// Whether the interrupt line [`IRQ`] is high.
-    pub fn interrupt(&self) -> bool {
+    /// The level of its interrupt line.
+    pub fn line(&self) -> bool {
         self.intf || self.inte && self.reached_threshold()
     }
 
@@ -333,7 +333,7 @@ impl Peripheral for Adc {
             INTR => self.reached_threshold().into(),
             INTE => self.inte.into(),
             INTF => self.intf.into(),
-            INTS => self.interrupt().into(),
+            INTS => self.line().into(),
             _ => 0,
         }
     }

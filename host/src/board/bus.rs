@@ -25,6 +25,9 @@ const FLASH_WINDOW_MASK: u32 = 0x00ff_ffff;
 const XIP_CONTROL: u32 = 0x1400_0000;
 const SSI: u32 = 0x1800_0000;
 const SIO: u32 = 0xd000_0000;
+/// Memory of the USB controller, which takes bytes as they are.
+const USB_MEMORY: u32 = 0x5010_0000;
+const USB_MEMORY_MASK: u32 = 0xffff_0000;
 /// Blocks of registers are this large at least.
 const PAGE_MASK: u32 = !0xfff;
 const OFFSET_MASK: u32 = 0xffc;
@@ -38,6 +41,8 @@ pub struct SystemBus {
     pub(super) horizon: Cycles,
     /// Until when the core stands still, for the boot ROM is at work in its place.
     pub(super) stalled_until: Cycles,
+    /// Until when the DMA controller is busy with transfers that were made.
+    pub(super) dma_busy_until: Cycles,
     pub(super) memory: Memory,
     pub(super) flash: Flash,
     pub(super) ssi: Ssi,
@@ -67,6 +72,7 @@ impl SystemBus {
             now: 0,
             horizon: 0,
             stalled_until: 0,
+            dma_busy_until: 0,
             memory: Memory::new(seed),
             flash: Flash::new(),
             ssi: Ssi::new(seed),
@@ -103,6 +109,10 @@ impl SystemBus {
                 let address = memory::striped(address).ok_or(BusFault)?;
                 self.memory.read_ram(address).ok_or(BusFault)
             }
+            0x50 if address & USB_MEMORY_MASK == USB_MEMORY => {
+                self.look();
+                Ok(self.peripherals.usb.read_memory(address, self.now))
+            }
             _ => {
                 let word = self.read_register(address & !3)?;
                 let lane = (address & 3) as usize;
@@ -124,6 +134,11 @@ impl SystemBus {
             0x21 => {
                 let address = memory::striped(address).ok_or(BusFault)?;
                 self.memory.write_ram(address, bytes).ok_or(BusFault)
+            }
+            0x50 if address & USB_MEMORY_MASK == USB_MEMORY => {
+                self.look();
+                self.peripherals.usb.write_memory(address, bytes, self.now);
+                Ok(())
             }
             _ => {
                 let mut word = [0; 4];

@@ -4,8 +4,9 @@
 //! events (an alarm, a conversion's end, a packet) make the machine look after the peripherals;
 //! while it sleeps, time goes straight to the next event.
 
+use super::adc::Adc;
 use super::bus::{Boot, SystemBus};
-use super::cpu::{Activity, Core, FaultReport};
+use super::cpu::{Activity, Core, FaultReport, PC};
 use super::elf::Image;
 use super::incident::{Incident, Incidents, Kind};
 use super::peripheral::Cycles;
@@ -14,6 +15,7 @@ use super::pins::Output;
 use super::probe::{Probe, ProbeId, Probes};
 use super::psm::stage;
 use super::stack::Stack;
+use super::usb::Usb;
 use super::vreg_and_chip_reset::ChipReset;
 
 /// Where the boot ROM's vectors are.
@@ -258,6 +260,7 @@ impl Machine {
             self.note_reset(Kind::Requested);
             self.reset_core();
         }
+        let transfers = self.bus.run_dma();
         let lines = self.bus.peripherals.interrupt_lines();
         if lines != self.lines {
             self.lines = lines;
@@ -266,6 +269,7 @@ impl Machine {
         let events = [
             self.bus.peripherals.next_event(),
             self.bus.flash.next_event(),
+            transfers,
         ];
         events.into_iter().flatten().min().unwrap_or(Cycles::MAX)
     }
@@ -368,6 +372,21 @@ impl Machine {
         self.bus.peripherals.pins_changed();
     }
 
+    /// The converter, to set its inputs.
+    pub fn adc_mut(&mut self) -> &mut Adc {
+        &mut self.peripherals_mut().adc
+    }
+
+    /// USB: the cable and the host at its end.
+    pub fn usb(&self) -> &Usb {
+        &self.bus.peripherals.usb
+    }
+
+    /// USB, to change something there. Its functions want the time, [`Machine::now`].
+    pub fn usb_mut(&mut self) -> &mut Usb {
+        &mut self.peripherals_mut().usb
+    }
+
     fn peripherals_mut(&mut self) -> &mut Peripherals {
         self.bus.look();
         &mut self.bus.peripherals
@@ -383,6 +402,12 @@ impl Machine {
     /// What the boot ROM came to.
     pub fn boot(&self) -> Boot {
         self.bus.boot
+    }
+
+    /// Goes on at another address, as after a wild jump.
+    pub fn jump(&mut self, address: u32) {
+        self.core.registers_mut().set(PC, address);
+        self.bus.look();
     }
 
     /// Microseconds that the board's timer has counted: since its last reset, once it is set up.

@@ -16,6 +16,11 @@
 //!
 //! What is missing: the second core, UART, SPI, PIO and RTC, wait states and the flash cache. What
 //! takes the clock to stop or change (dormant and deep sleep) has no effect.
+//! [`cpu::Bus`]. [`elf`] reads what is to be run. [`bare`] is the smallest machine that runs it:
+//! flash, RAM and semihosting.
+//!
+//! [`peripheral`] says what a block of registers is to the bus. [`usb`] is the one with a cable: the
+//! device controller and the computer at the other end.
 
 pub mod adc;
 pub mod bare;
@@ -24,6 +29,8 @@ mod boot_services;
 pub mod bus;
 mod clocks;
 pub mod cpu;
+pub mod dma;
+mod dma_transfers;
 pub mod elf;
 mod flash;
 mod gpio;
@@ -45,6 +52,7 @@ mod ssi;
 mod stack;
 mod sysinfo;
 mod timer;
+pub mod usb;
 mod vreg_and_chip_reset;
 mod watchdog;
 mod xip;
@@ -52,4 +60,3 @@ mod xosc;
 
 pub use incident::{Incident, Incidents};
 pub use machine::Machine;
-pub mod usb;

@@ -1,6 +1,8 @@
 //! All register blocks: where they are, what resets them, and what they do to each other.
 
+use super::adc::{self, Adc};
 use super::clocks::Clocks;
+use super::dma::{self, Dma, treq};
 use super::gpio::{self, IoBank0};
 use super::latches::{self, Latches};
 use super::pads::Pads;
@@ -13,6 +15,7 @@ use super::rosc::Rosc;
 use super::sio::Sio;
 use super::sysinfo::SysInfo;
 use super::timer::Timer;
+use super::usb::Usb;
 use super::vreg_and_chip_reset::{ChipReset, VregAndChipReset};
 use super::watchdog::{Tick, Watchdog};
 use super::xosc::Xosc;
@@ -36,12 +39,15 @@ mod base {
     pub const UART1: u32 = 0x4003_8000;
     pub const SPI0: u32 = 0x4003_c000;
     pub const SPI1: u32 = 0x4004_0000;
+    pub const ADC: u32 = 0x4004_c000;
     pub const TIMER: u32 = 0x4005_4000;
     pub const WATCHDOG: u32 = 0x4005_8000;
     pub const RTC: u32 = 0x4005_c000;
     pub const ROSC: u32 = 0x4006_0000;
     pub const VREG_AND_CHIP_RESET: u32 = 0x4006_4000;
     pub const TBMAN: u32 = 0x4006_c000;
+    pub const DMA: u32 = 0x5000_0000;
+    pub const USB: u32 = 0x5011_0000;
     pub const PIO0: u32 = 0x5020_0000;
     pub const PIO1: u32 = 0x5030_0000;
     pub const XIP_AUX: u32 = 0x5040_0000;
@@ -51,7 +57,8 @@ mod base {
 const BLOCK_MASK: u32 = !0x3fff;
 const OFFSET_MASK: u32 = 0xffc;
 
-/// Lines of the NVIC that are no peripheral's own (2.3.2).
+/// Lines of the NVIC (2.3.2) that the peripherals do not name themselves.
+const USBCTRL_IRQ: u32 = 5;
 const SIO_IRQ_PROC0: u32 = 15;
 
 /// What answers at an address.
@@ -81,6 +88,9 @@ pub struct Peripherals {
     pub(super) sio: Sio,
     pub(super) io_bank0: IoBank0,
     pub(super) pads: Pads,
+    pub(super) adc: Adc,
+    pub(super) dma: Dma,
+    pub(super) usb: Usb,
     pub(super) timer: Timer,
     pub(super) watchdog: Watchdog,
     pub(super) psm: Psm,
@@ -109,6 +119,9 @@ impl Peripherals {
             sio: Sio::new(),
             io_bank0: IoBank0::new(),
             pads: Pads::new(),
+            adc: Adc::new(),
+            dma: Dma::new(),
+            usb: Usb::new(),
             timer: Timer::new(Tick::STOPPED, 0),
             watchdog: Watchdog::new(),
             psm: Psm::new(),
@@ -150,6 +163,9 @@ impl Peripherals {
             base::PLL_SYS => (&mut self.pll_sys, subsystem::PLL_SYS),
             base::PLL_USB => (&mut self.pll_usb, subsystem::PLL_USB),
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
+            base::ADC => (&mut self.adc, subsystem::ADC),
+            base::DMA => (&mut self.dma, subsystem::DMA),
+            base::USB => (&mut self.usb, subsystem::USBCTRL),
             base::TIMER => (&mut self.timer, subsystem::TIMER),
             base::WATCHDOG => (&mut self.watchdog, 0),
             base::ROSC => (&mut self.rosc, 0),
@@ -220,8 +236,13 @@ impl Peripherals {
     }
 
     /// Whether reading a register at this address can change an interrupt line or an event.
-    pub const fn reading_changes(_address: u32) -> bool {
-        false
+    pub const fn reading_changes(address: u32) -> bool {
+        matches!(address & BLOCK_MASK, base::ADC | base::USB)
+    }
+
+    /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
+    pub(super) fn dma_requests(&self) -> u64 {
+        u64::from(self.adc.dma_request()) << treq::ADC
     }
 
     /// What the PWM slices make of a pin.
@@ -232,14 +253,25 @@ impl Peripherals {
     /// The levels of the interrupt lines to the NVIC.
     pub fn interrupt_lines(&self) -> u32 {
         let line = |high: bool, number: u32| u32::from(high) << number;
+        let [dma0, dma1] = self.dma.lines();
         self.timer.lines()
+            | line(self.usb.interrupt(), USBCTRL_IRQ)
+            | line(dma0, dma::IRQS[0])
+            | line(dma1, dma::IRQS[1])
+            | line(self.adc.interrupt(), adc::IRQ)
             | line(self.io_bank0.line(), gpio::IRQ)
             | line(self.sio.line(), SIO_IRQ_PROC0)
     }
 
     /// When the next of them does something by itself.
     pub fn next_event(&self) -> Option<Cycles> {
-        let events = [self.timer.next_event(), self.watchdog.next_event()];
+        let events = [
+            self.timer.next_event(),
+            self.watchdog.next_event(),
+            self.adc.next_event(),
+            self.dma.next_event(),
+            self.usb.next_event(),
+        ];
         events.into_iter().flatten().min()
     }
 
@@ -247,6 +279,9 @@ impl Peripherals {
     pub fn advance(&mut self, now: Cycles) {
         self.timer.advance(now);
         self.watchdog.advance(now);
+        self.adc.advance(now);
+        self.dma.advance(now);
+        self.usb.advance(now);
     }
 
     /// Puts subsystems through reset.
@@ -257,6 +292,9 @@ impl Peripherals {
             .filter(|bit| subsystems & bit != 0)
         {
             match bit {
+                subsystem::ADC => self.adc.reset(),
+                subsystem::DMA => self.dma.reset(),
+                subsystem::USBCTRL => self.usb.reset(now),
                 subsystem::BUSCTRL => self.busctrl.reset(),
                 subsystem::IO_BANK0 => self.io_bank0 = IoBank0::new(),
                 subsystem::IO_QSPI => self.io_qspi.reset(),

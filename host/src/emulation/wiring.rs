@@ -61,7 +61,7 @@ impl Wiring {
     /// Puts the sensors' counts on the converter's inputs.
     pub fn connect(self, machine: &mut Machine, counts: [u16; CHANNELS]) {
         for (channel, sensor) in self.sensors().iter().enumerate() {
-            machine.set_adc_input(channel, counts[*sensor]);
+            machine.adc_mut().set_input(channel, counts[*sensor]);
         }
     }
 }

@@ -114,9 +114,9 @@ fn the_fifo_overflows_and_underflows() {
     adc.write(INTE, Write::plain(1), 0);
     set(&mut adc, CS, cs::START_MANY, 0);
     adc.advance(999);
-    assert!(!adc.interrupt());
+    assert!(!adc.line());
     adc.advance(1_000);
-    assert!(adc.interrupt(), "at the threshold");
+    assert!(adc.line(), "at the threshold");
     let status = fcs::FULL | 4 << fcs::LEVEL_SHIFT;
     assert_eq!(adc.read(FCS, 1_000) & !fcs::STORED, status);
     assert_eq!(adc.read(FCS, 1_250) & !fcs::STORED, status | fcs::OVER);
@@ -124,7 +124,7 @@ fn the_fifo_overflows_and_underflows() {
     for _ in 0..4 {
         assert_eq!(adc.read(FIFO, 1_600), 100);
     }
-    assert!(!adc.interrupt());
+    assert!(!adc.line());
     assert_eq!(adc.read(FIFO, 1_600), 0);
     let status = fcs::EMPTY | fcs::OVER | fcs::UNDER;
     assert_eq!(adc.read(FCS, 1_600) & !fcs::STORED, status);
@@ -170,7 +170,7 @@ fn interrupts_can_be_forced() {
     let mut adc = enabled();
     adc.write(FCS, Write::plain(THRESH_1), 0);
     adc.write(INTF, Write::plain(1), 0);
-    assert!(adc.interrupt());
+    assert!(adc.line());
     assert_eq!((adc.read(INTR, 0), adc.read(INTS, 0)), (0, 1));
 }
 
