@@ -19,7 +19,9 @@ use crate::board::elf::Image;
 use crate::emulation::{Emulation, EmulationReport, Meter};
 use crate::experiment::{Stream, generator};
 use crate::link::emulated::EmulatedPort;
-use crate::link::{Client, LinkError};
+use crate::link::{Client, LinkError, Received};
+use crate::log::recording::{RecordingWriter, Written};
+use crate::recorder::{RecordError, Recorder};
 use crate::vehicle::{GRAMMAR, POSSIBLE, Schedule, ScheduledFault};
 
 /// Where `cargo fw` puts the firmware.
@@ -64,6 +66,9 @@ pub struct Arguments {
     /// Something that goes wrong, and when; may be given several times
     #[arg(long = "fault", value_name = "AT:WHAT")]
     faults: Vec<ScheduledFault>,
+    /// Record what the board says
+    #[arg(long, value_name = "FILE.mcap")]
+    log: Option<PathBuf>,
     /// Seconds of wall-clock time after which the run is given up
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     limit: u64,
@@ -86,7 +91,58 @@ struct Outcome {
     /// Resets, faults and power cuts of the board.
     incidents: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
+    log: Option<Written>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     report: Option<EmulationReport>,
+}
+
+/// Who listens to the rover.
+enum Listener {
+    Host(Client),
+    Recorder(Recorder),
+}
+
+impl Listener {
+    fn new(client: Client, log: Option<&Path>) -> Result<Self, Failure> {
+        let Some(path) = log else {
+            return Ok(Self::Host(client));
+        };
+        let writer = concat!("rover ", env!("CARGO_PKG_VERSION"));
+        let log = RecordingWriter::create(path, None, writer, client.epoch())?;
+        Ok(Self::Recorder(Recorder::begin(client, log)?))
+    }
+
+    fn client(&mut self) -> &mut Client {
+        match self {
+            Self::Host(client) => client,
+            Self::Recorder(recorder) => recorder.client(),
+        }
+    }
+
+    fn next(&mut self, patience: Duration) -> Result<Option<Received>, RecordError> {
+        match self {
+            Self::Host(client) => Ok(client.next(patience)?),
+            Self::Recorder(recorder) => recorder.next(patience),
+        }
+    }
+
+    fn reconnect(
+        &mut self,
+        why: &LinkError,
+        give_up: &dyn Fn() -> bool,
+    ) -> Result<(), RecordError> {
+        match self {
+            Self::Host(client) => Ok(client.reconnect(steering::PATIENCE, give_up)?),
+            Self::Recorder(recorder) => recorder.reconnect(why, steering::PATIENCE, give_up),
+        }
+    }
+
+    fn finish(self) -> Result<Option<Written>, Failure> {
+        match self {
+            Self::Host(_) => Ok(None),
+            Self::Recorder(recorder) => Ok(Some(recorder.finish()?)),
+        }
+    }
 }
 
 /// The firmware, read.
@@ -137,10 +193,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         arm: true,
         mode: Some(arguments.mode),
     };
-    settle(&mut client)?;
-    steering.begin(&mut client)?;
-    let drive = drive(arguments, &rover, &mut client, &interrupt, began)?;
-    steering::stop(&mut client)?;
+    client.wait(SETTLING)?;
+    let mut listener = Listener::new(client, arguments.log.as_deref())?;
+    steering.begin(listener.client())?;
+    let driven = drive(arguments, &rover, &mut listener, &interrupt, began);
+    // Whatever happened: the motors off, then the file whole.
+    let stopped = steering::stop(listener.client());
+    let log = listener.finish()?;
+    let drive = driven?;
+    stopped?;
     let emulated_seconds = rover.borrow().now().0 as f64 / 1e6;
     let wall_seconds = began.elapsed().as_secs_f64();
     let outcome = Outcome {
@@ -149,6 +210,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         wall_seconds,
         times_real_time: emulated_seconds / wall_seconds,
         incidents: rover.borrow().machine().incidents().count(),
+        log,
         report: meter.map(|meter| meter.report(&rover.borrow())),
     };
     if arguments.json {
@@ -157,23 +219,18 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&text(&outcome))
 }
 
-/// Lets the sensors settle, without which arming is refused: some tenths of a second.
-fn settle(client: &mut Client) -> Result<(), LinkError> {
-    client.wait(Duration::from_millis(1_000))
-}
-
 /// Watches the rover until it has done its actions or stopped.
 fn drive(
     arguments: &Arguments,
     rover: &RefCell<Emulation>,
-    client: &mut Client,
+    listener: &mut Listener,
     interrupt: &Interrupt,
     began: time::Instant,
 ) -> Result<Drive, Failure> {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} actions  {msg}")?;
     let bar = ProgressBar::new(arguments.steps.into()).with_style(style);
     let mut drive = Drive::default();
-    let mut heard = client.now();
+    let mut heard = listener.client().now();
     while drive.actions < arguments.steps.into() {
         if interrupt.is_set() {
             drive.ended = Some(steering::Ended::Interrupted);
@@ -183,14 +240,14 @@ fn drive(
         if wall.as_secs() >= arguments.limit {
             return Err(given_up(&rover.borrow(), &drive, arguments.limit));
         }
-        let received = match client.next(SLICE) {
+        let received = match listener.next(SLICE) {
             Ok(Some(received)) => received,
-            Ok(None) if client.now().since(heard) < SILENCE => continue,
+            Ok(None) if listener.client().now().since(heard) < SILENCE => continue,
             Ok(None) => return Err(silent(&rover.borrow())),
-            Err(LinkError::Port(error)) => {
+            Err(RecordError::Link(error @ LinkError::Port(_))) => {
                 bar.suspend(|| eprintln!("rover: {error}; waiting for it"));
-                client.reconnect(steering::PATIENCE, &|| interrupt.is_set())?;
-                match client.status()?.state {
+                listener.reconnect(&error, &|| interrupt.is_set())?;
+                match listener.client().status()?.state {
                     State::Driving(_) => continue,
                     state => {
                         drive.ended = Some(steering::Ended::ByRover(state));
@@ -200,7 +257,7 @@ fn drive(
             }
             Err(error) => return Err(error.into()),
         };
-        heard = client.now();
+        heard = listener.client().now();
         drive.hear(&received);
         bar.set_position(drive.actions);
         let emulated = rover.borrow().now().0 as f64 / 1e6;
@@ -217,10 +274,12 @@ fn drive(
         }
     }
     bar.finish_and_clear();
-    drive.lost_frames = client.counters().lost.into();
+    drive.lost_frames = listener.client().counters().lost;
     Ok(drive)
 }
 
+/// How long the sensors take to be believed, without which arming is refused.
+const SETTLING: Duration = Duration::from_millis(1_000);
 /// How long to listen before interrupts and the limit are looked at.
 const SLICE: Duration = Duration::from_millis(1_000);
 
@@ -261,6 +320,7 @@ fn text(outcome: &Outcome) -> String {
         wall_seconds,
         times_real_time,
         incidents,
+        log,
         report,
     } = outcome;
     let mut text = format!(
@@ -268,6 +328,11 @@ fn text(outcome: &Outcome) -> String {
          real time; {incidents} resets, faults and power cuts\n",
         drive.line()
     );
+    if let Some(log) = log {
+        for file in &log.files {
+            text.push_str(&format!("recorded in {}\n", file.display()));
+        }
+    }
     if let Some(report) = report {
         text.push_str(&report.to_string());
     }
