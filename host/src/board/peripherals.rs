@@ -258,7 +258,7 @@ impl Peripherals {
             | line(self.usb.interrupt(), USBCTRL_IRQ)
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
-            | line(self.adc.interrupt(), adc::IRQ)
+            | line(self.adc.line(), adc::IRQ)
             | line(self.io_bank0.line(), gpio::IRQ)
             | line(self.sio.line(), SIO_IRQ_PROC0)
     }
