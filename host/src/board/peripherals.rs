@@ -171,6 +171,7 @@ impl Peripherals {
             base::ROSC => (&mut self.rosc, 0),
             base::VREG_AND_CHIP_RESET => (&mut self.vreg_and_chip_reset, 0),
             base::TBMAN => (&mut self.tbman, subsystem::TBMAN),
+            0x4004_4000 | 0x4004_8000 | 0x4005_0000 => return Block::Unmodelled,
             base::UART0
             | base::UART1
             | base::SPI0
