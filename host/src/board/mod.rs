@@ -6,7 +6,9 @@
 
 pub mod adc;
 pub mod bare;
+pub mod compass;
 pub mod cpu;
 pub mod dma;
 pub mod elf;
+pub mod i2c;
 pub mod peripheral;
