@@ -174,7 +174,7 @@ impl SystemBus {
             SIO => {
                 self.peripherals.sio.write(offset, value, self.now);
                 if Sio::is_seen_outside(offset) {
-                    self.peripherals.pins_changed();
+                    self.peripherals.pins_changed(self.now);
                     self.look();
                 }
             }

@@ -103,6 +103,12 @@ impl Image {
         })
     }
 
+    /// All symbols, by name.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, Symbol)> {
+        let symbols = self.symbols.iter();
+        symbols.map(|(name, symbol)| (name.as_str(), *symbol))
+    }
+
     /// The symbol of this name, if the file has one (`_SEGGER_RTT`, say).
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied()

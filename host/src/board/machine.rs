@@ -6,8 +6,10 @@
 
 use super::adc::Adc;
 use super::bus::{Boot, SystemBus};
+use super::compass::Compass;
 use super::cpu::{Activity, Core, FaultReport, PC};
 use super::elf::Image;
+use super::i2c::I2c;
 use super::incident::{Incident, Incidents, Kind};
 use super::peripheral::Cycles;
 use super::peripherals::{Peripherals, Unmodelled};
@@ -369,12 +371,17 @@ impl Machine {
     /// There are pins 0 to 29 only.
     pub fn set_input(&mut self, pin: usize, level: Option<bool>) {
         self.peripherals_mut().outside[pin] = level;
-        self.bus.peripherals.pins_changed();
+        self.bus.peripherals.pins_changed(self.bus.now);
     }
 
     /// The converter, to set its inputs.
     pub fn adc_mut(&mut self) -> &mut Adc {
         &mut self.peripherals_mut().adc
+    }
+
+    /// The compass and the bus that it is on (I2C1), to turn the one and break the other.
+    pub fn compass_bus_mut(&mut self) -> &mut I2c<Compass> {
+        &mut self.peripherals_mut().i2c1
     }
 
     /// USB: the cable and the host at its end.

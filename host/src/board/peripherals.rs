@@ -2,8 +2,10 @@
 
 use super::adc::{self, Adc};
 use super::clocks::Clocks;
+use super::compass::Compass;
 use super::dma::{self, Dma, treq};
 use super::gpio::{self, IoBank0};
+use super::i2c::{self, I2c};
 use super::latches::{self, Latches};
 use super::pads::Pads;
 use super::peripheral::{Alias, Cycles, Peripheral, Write};
@@ -39,6 +41,8 @@ mod base {
     pub const UART1: u32 = 0x4003_8000;
     pub const SPI0: u32 = 0x4003_c000;
     pub const SPI1: u32 = 0x4004_0000;
+    pub const I2C0: u32 = 0x4004_4000;
+    pub const I2C1: u32 = 0x4004_8000;
     pub const ADC: u32 = 0x4004_c000;
     pub const TIMER: u32 = 0x4005_4000;
     pub const WATCHDOG: u32 = 0x4005_8000;
@@ -90,6 +94,9 @@ pub struct Peripherals {
     pub(super) pads: Pads,
     pub(super) adc: Adc,
     pub(super) dma: Dma,
+    /// Nothing is connected to it.
+    i2c0: I2c<()>,
+    pub(super) i2c1: I2c<Compass>,
     pub(super) usb: Usb,
     pub(super) timer: Timer,
     pub(super) watchdog: Watchdog,
@@ -121,6 +128,8 @@ impl Peripherals {
             pads: Pads::new(),
             adc: Adc::new(),
             dma: Dma::new(),
+            i2c0: I2c::new(()),
+            i2c1: I2c::new(Compass::default()),
             usb: Usb::new(),
             timer: Timer::new(Tick::STOPPED, 0),
             watchdog: Watchdog::new(),
@@ -163,6 +172,8 @@ impl Peripherals {
             base::PLL_SYS => (&mut self.pll_sys, subsystem::PLL_SYS),
             base::PLL_USB => (&mut self.pll_usb, subsystem::PLL_USB),
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
+            base::I2C0 => (&mut self.i2c0, subsystem::I2C0),
+            base::I2C1 => (&mut self.i2c1, subsystem::I2C1),
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
@@ -171,6 +182,7 @@ impl Peripherals {
             base::ROSC => (&mut self.rosc, 0),
             base::VREG_AND_CHIP_RESET => (&mut self.vreg_and_chip_reset, 0),
             base::TBMAN => (&mut self.tbman, subsystem::TBMAN),
+            0x4005_0000 => return Block::Unmodelled,
             base::UART0
             | base::UART1
             | base::SPI0
@@ -219,7 +231,7 @@ impl Peripherals {
             }
             base::PSM if self.psm.take_fallen() & stage::SIO != 0 => self.sio = Sio::new(),
             base::WATCHDOG => self.timer.set_tick(self.watchdog.tick(), now),
-            base::IO_BANK0 | base::PADS_BANK0 => self.pins_changed(),
+            base::IO_BANK0 | base::PADS_BANK0 => self.pins_changed(now),
             _ => {}
         }
         Some(())
@@ -237,12 +249,24 @@ impl Peripherals {
 
     /// Whether reading a register at this address can change an interrupt line or an event.
     pub const fn reading_changes(address: u32) -> bool {
-        matches!(address & BLOCK_MASK, base::ADC | base::USB)
+        matches!(
+            address & BLOCK_MASK,
+            base::ADC | base::I2C0 | base::I2C1 | base::USB
+        )
     }
 
     /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
     pub(super) fn dma_requests(&self) -> u64 {
-        u64::from(self.adc.dma_request()) << treq::ADC
+        [
+            (self.i2c0.transmit_request(), treq::I2C0_TX),
+            (self.i2c0.receive_request(), treq::I2C0_RX),
+            (self.i2c1.transmit_request(), treq::I2C1_TX),
+            (self.i2c1.receive_request(), treq::I2C1_RX),
+            (self.adc.dma_request(), treq::ADC),
+        ]
+        .into_iter()
+        .map(|(asks, request)| u64::from(asks) << request)
+        .sum()
     }
 
     /// What the PWM slices make of a pin.
@@ -258,7 +282,9 @@ impl Peripherals {
             | line(self.usb.interrupt(), USBCTRL_IRQ)
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
-            | line(self.adc.interrupt(), adc::IRQ)
+            | line(self.adc.line(), adc::IRQ)
+            | line(self.i2c0.line(), i2c::IRQS[0])
+            | line(self.i2c1.line(), i2c::IRQS[1])
             | line(self.io_bank0.line(), gpio::IRQ)
             | line(self.sio.line(), SIO_IRQ_PROC0)
     }
@@ -270,6 +296,8 @@ impl Peripherals {
             self.watchdog.next_event(),
             self.adc.next_event(),
             self.dma.next_event(),
+            self.i2c0.next_event(),
+            self.i2c1.next_event(),
             self.usb.next_event(),
         ];
         events.into_iter().flatten().min()
@@ -281,6 +309,8 @@ impl Peripherals {
         self.watchdog.advance(now);
         self.adc.advance(now);
         self.dma.advance(now);
+        self.i2c0.advance(now);
+        self.i2c1.advance(now);
         self.usb.advance(now);
     }
 
@@ -294,6 +324,8 @@ impl Peripherals {
             match bit {
                 subsystem::ADC => self.adc.reset(),
                 subsystem::DMA => self.dma.reset(),
+                subsystem::I2C0 => self.i2c0.reset(),
+                subsystem::I2C1 => self.i2c1.reset(),
                 subsystem::USBCTRL => self.usb.reset(now),
                 subsystem::BUSCTRL => self.busctrl.reset(),
                 subsystem::IO_BANK0 => self.io_bank0 = IoBank0::new(),
@@ -307,7 +339,7 @@ impl Peripherals {
                 _ => {}
             }
         }
-        self.pins_changed();
+        self.pins_changed(now);
     }
 
     /// The reset that the watchdog, having fired, demands; gives which stages go through it.
@@ -328,7 +360,7 @@ impl Peripherals {
             self.sio = Sio::new();
         }
         self.psm = Psm::new();
-        self.pins_changed();
+        self.pins_changed(now);
         stages
     }
 

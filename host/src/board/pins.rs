@@ -1,7 +1,13 @@
 //! What is on the pins of bank 0: what the chip drives them to, and what it reads from them.
 
 use super::gpio::{Function, Override, PINS};
+use super::i2c::Lines;
+use super::peripheral::Cycles;
 use super::peripherals::Peripherals;
+
+/// The pins that the compass's bus is wired to, data and clock, as `firmware/README.md` says.
+const COMPASS_DATA: usize = 6;
+const COMPASS_CLOCK: usize = 7;
 
 /// What the chip drives a pin to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,10 +93,19 @@ impl Peripherals {
     ///
     /// Pulses are taken to be low: nobody reads back the pins of the motors, and interrupts 20,000
     /// times a second would cost time.
-    pub(super) fn pins_changed(&mut self) {
+    pub(super) fn pins_changed(&mut self, now: Cycles) {
+        let released = |output| output != Output::Level(false);
+        let driven = Lines {
+            clock: released(self.output(COMPASS_CLOCK)),
+            data: released(self.output(COMPASS_DATA)),
+        };
+        self.i2c1.pins(driven, now);
+        let lines = self.i2c1.lines();
         let mut levels = 0;
         for pin in 0..PINS {
             let outside = match self.output(pin) {
+                Output::Floating if pin == COMPASS_DATA => Some(lines.data),
+                Output::Floating if pin == COMPASS_CLOCK => Some(lines.clock),
                 Output::Floating => self.outside[pin],
                 Output::Level(level) => Some(level),
                 Output::Pulses(_) => Some(false),
