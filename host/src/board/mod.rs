@@ -12,3 +12,4 @@ pub mod dma;
 pub mod elf;
 pub mod i2c;
 pub mod peripheral;
+pub mod pwm;
