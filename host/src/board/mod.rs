@@ -64,3 +64,4 @@ mod xosc;
 
 pub use incident::{Incident, Incidents};
 pub use machine::Machine;
+pub mod pwm;

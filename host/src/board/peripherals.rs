@@ -12,6 +12,7 @@ use super::peripheral::{Alias, Cycles, Peripheral, Write};
 use super::pins::Output;
 use super::pll::Pll;
 use super::psm::{Psm, stage};
+use super::pwm::{self, Pwm};
 use super::resets::{Resets, subsystem};
 use super::rosc::Rosc;
 use super::sio::Sio;
@@ -44,6 +45,7 @@ mod base {
     pub const I2C0: u32 = 0x4004_4000;
     pub const I2C1: u32 = 0x4004_8000;
     pub const ADC: u32 = 0x4004_c000;
+    pub const PWM: u32 = 0x4005_0000;
     pub const TIMER: u32 = 0x4005_4000;
     pub const WATCHDOG: u32 = 0x4005_8000;
     pub const RTC: u32 = 0x4005_c000;
@@ -97,6 +99,7 @@ pub struct Peripherals {
     /// Nothing is connected to it.
     i2c0: I2c<()>,
     pub(super) i2c1: I2c<Compass>,
+    pub(super) pwm: Pwm,
     pub(super) usb: Usb,
     pub(super) timer: Timer,
     pub(super) watchdog: Watchdog,
@@ -130,6 +133,7 @@ impl Peripherals {
             dma: Dma::new(),
             i2c0: I2c::new(()),
             i2c1: I2c::new(Compass::default()),
+            pwm: Pwm::new(),
             usb: Usb::new(),
             timer: Timer::new(Tick::STOPPED, 0),
             watchdog: Watchdog::new(),
@@ -174,6 +178,7 @@ impl Peripherals {
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
             base::I2C0 => (&mut self.i2c0, subsystem::I2C0),
             base::I2C1 => (&mut self.i2c1, subsystem::I2C1),
+            base::PWM => (&mut self.pwm, subsystem::PWM),
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
@@ -182,7 +187,6 @@ impl Peripherals {
             base::ROSC => (&mut self.rosc, 0),
             base::VREG_AND_CHIP_RESET => (&mut self.vreg_and_chip_reset, 0),
             base::TBMAN => (&mut self.tbman, subsystem::TBMAN),
-            0x4005_0000 => return Block::Unmodelled,
             base::UART0
             | base::UART1
             | base::SPI0
@@ -270,8 +274,8 @@ impl Peripherals {
     }
 
     /// What the PWM slices make of a pin.
-    pub(super) fn pwm_output(&self, _pin: usize) -> Output {
-        Output::Level(false)
+    pub(super) fn pwm_output(&self, pin: usize) -> Output {
+        Output::Pulses(self.pwm.output(pin))
     }
 
     /// The levels of the interrupt lines to the NVIC.
@@ -282,6 +286,7 @@ impl Peripherals {
             | line(self.usb.interrupt(), USBCTRL_IRQ)
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
+            | line(self.pwm.interrupt(), pwm::IRQ)
             | line(self.adc.line(), adc::IRQ)
             | line(self.i2c0.line(), i2c::IRQS[0])
             | line(self.i2c1.line(), i2c::IRQS[1])
@@ -298,6 +303,7 @@ impl Peripherals {
             self.dma.next_event(),
             self.i2c0.next_event(),
             self.i2c1.next_event(),
+            self.pwm.next_event(),
             self.usb.next_event(),
         ];
         events.into_iter().flatten().min()
@@ -311,6 +317,7 @@ impl Peripherals {
         self.dma.advance(now);
         self.i2c0.advance(now);
         self.i2c1.advance(now);
+        self.pwm.advance(now);
         self.usb.advance(now);
     }
 
@@ -322,6 +329,7 @@ impl Peripherals {
             .filter(|bit| subsystems & bit != 0)
         {
             match bit {
+                subsystem::PWM => self.pwm.reset(),
                 subsystem::ADC => self.adc.reset(),
                 subsystem::DMA => self.dma.reset(),
                 subsystem::I2C0 => self.i2c0.reset(),

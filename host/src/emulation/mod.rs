@@ -33,7 +33,7 @@ use rover_shared::wire::message::Report;
 
 use crate::arena::{Pose, Scenario};
 use crate::board::elf::Image;
-use crate::board::i2c::I2cDevice as _;
+use crate::board::i2c::LineFault;
 use crate::board::machine::{Machine, OutsideFlash};
 use crate::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
 use crate::vehicle::{Build, CompassAnswer, Fault, RunProgress, Schedule, Vehicle};
@@ -249,11 +249,16 @@ impl Emulation {
     fn sense(&mut self) {
         self.wiring
             .connect(&mut self.machine, self.vehicle.counts(0));
-        let bus = self.machine.i2c_mut(wiring::COMPASS_BUS);
-        match self.vehicle.compass() {
-            CompassAnswer::Registers(registers) => bus.set_compass(Some(registers)),
-            CompassAnswer::Silent => bus.set_compass(None),
-            CompassAnswer::Stuck => bus.hold_data_low(),
+        let now = self.machine.now();
+        let (registers, fault) = match self.vehicle.compass() {
+            CompassAnswer::Registers(registers) => (Some(registers), LineFault::None),
+            CompassAnswer::Silent => (None, LineFault::None),
+            CompassAnswer::Stuck => (None, LineFault::DataLow),
+        };
+        let bus = self.machine.compass_bus_mut();
+        bus.device_mut().set_registers(registers);
+        if bus.fault() != fault {
+            bus.set_fault(fault, now);
         }
     }
 

@@ -26,9 +26,6 @@ const RIGHT: Side = Side {
     reverse: 5,
 };
 
-/// The compass's bus.
-pub const COMPASS_BUS: usize = 1;
-
 /// Which boards there are, as far as their wiring differs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wiring {
