@@ -9,14 +9,14 @@ use std::rc::Rc;
 
 use rover_host::link::loopback::{Loopback, LoopbackPort};
 use rover_host::link::{Client, LinkError};
-use rover_host::log::recording::{Recording, RecordingWriter, What};
+use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
 use rover_host::log::session::{Knowledge, Sessions};
 use rover_host::log::{Log, ReadError};
 use rover_host::recorder::{RecordError, Recorder};
 use rover_host::replay::{self, Replayed};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, CompassHealth, Mode, Report, ResetReason, Task};
+use rover_shared::wire::message::{Command, CompassHealth, Fault, Mode, Report, ResetReason, Task};
 
 /// A rover that is recorded.
 struct Bench {
@@ -90,7 +90,10 @@ fn verify(files: &[Vec<u8>]) -> Replayed {
 
 fn actions(files: &[Vec<u8>]) -> usize {
     let recording = Recording::read(files).unwrap();
-    let action = |what: &What| matches!(what, What::Report(Report::Action(_)));
+    let action = |what: &What| match what {
+        What::Report(report) => matches!(**report, Report::Action(_)),
+        _ => false,
+    };
     let messages = recording.messages.iter();
     messages.filter(|message| action(&message.what)).count()
 }
@@ -278,6 +281,77 @@ fn a_recording_survives_unplugging_and_resets() {
         .iter()
         .any(|u| u.reason.contains("unplugged"));
     assert!(told, "{replayed:?}");
+}
+
+#[test]
+fn a_rover_that_starts_anew_behind_an_open_port_is_a_gap() {
+    let mut bench = Bench::new(12, None);
+    bench.learn();
+    bench.run(seconds(30));
+    {
+        let mut rover = bench.rover.borrow_mut();
+        rover.reset(ResetReason::Watchdog, 5);
+        rover.open();
+    }
+    // The client notices by the hello, and introduces itself again.
+    bench.run(seconds(1));
+    bench.learn();
+    bench.run(seconds(30));
+    bench.stop();
+    let (files, _folder) = bench.finish();
+    let replayed = verify(&files);
+    assert_eq!((replayed.difference, replayed.sessions), (None, 2));
+    assert_eq!(replayed.steps, actions(&files));
+    let [cut] = &replayed.unverified[..] else {
+        panic!("{:?}", replayed.unverified);
+    };
+    assert!(cut.reason.contains("started anew"), "{cut}");
+}
+
+#[test]
+fn reports_that_the_rover_dropped_are_a_gap_without_a_gap_in_numbers() {
+    let mut bench = Bench::new(13, None);
+    bench.learn();
+    bench.run(MINUTE);
+    bench.stop();
+    let (files, _folder) = bench.finish();
+    let mut recording = Recording::read(&files).unwrap();
+    // As if there had been no room for one action in the rover's queue.
+    let action = |message: &Recorded| match &message.what {
+        What::Report(report) => matches!(**report, Report::Action(_)),
+        _ => false,
+    };
+    let all = recording
+        .messages
+        .iter()
+        .filter(|message| action(message))
+        .count();
+    let dropped = recording.messages.iter().position(action).unwrap() + 20;
+    let dropped = dropped
+        + recording.messages[dropped..]
+            .iter()
+            .position(action)
+            .unwrap();
+    recording.messages.remove(dropped);
+    for message in &mut recording.messages[dropped..] {
+        if let What::Report(report) = &mut message.what {
+            match &mut **report {
+                Report::Action(action) => action.counters.0[Fault::QueueFull as usize] += 1,
+                Report::Status(status) => status.counters.0[Fault::QueueFull as usize] += 1,
+                _ => {}
+            }
+        }
+    }
+    let replayed = replay::verify_sessions(&Sessions::from(recording)).unwrap();
+    assert_eq!(replayed.difference, None);
+    let unverified: usize = replayed.unverified.iter().map(|u| u.steps).sum();
+    assert_eq!(replayed.steps + unverified, all - 1);
+    assert!(replayed.steps > 5 && unverified > 5, "{replayed:?}");
+    assert!(
+        replayed.unverified[0]
+            .reason
+            .contains("the rover dropped 1 report")
+    );
 }
 
 #[test]
