@@ -7,6 +7,7 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use proptest::prelude::*;
 use rover_host::link::loopback::{Loopback, LoopbackPort};
 use rover_host::link::{Client, LinkError};
 use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
@@ -430,6 +431,67 @@ fn one_drive_writes_one_recording() {
         record() == record(),
         "a port with a time of its own makes it repeatable"
     );
+}
+
+/// Some minutes of learning, with a gap.
+fn some() -> &'static [u8] {
+    static FILE: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
+        let mut bench = Bench::new(14, None);
+        bench.learn();
+        bench.run(MINUTE);
+        bench.rover.borrow_mut().lose = 1;
+        bench.run(seconds(20));
+        bench.stop();
+        bench.finish().0.swap_remove(0)
+    });
+    &FILE
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// A recording that ends anywhere is readable up to there, but for the chunk being written.
+    #[test]
+    fn a_cut_recording_is_readable_up_to_the_cut(at: prop::sample::Index) {
+        let file = some();
+        let whole = Recording::read(&[file]).unwrap();
+        let cut = at.index(file.len());
+        match Recording::read(&[&file[..cut]]) {
+            Ok(read) => {
+                prop_assert!(read.cut_off);
+                prop_assert!(whole.messages.starts_with(&read.messages));
+                let replayed = replay::verify_sessions(&Sessions::from(read)).unwrap();
+                prop_assert_eq!(replayed.difference, None);
+            }
+            // Before its metadata is whole it says nothing at all.
+            Err(error) => prop_assert!(cut < 1_000, "cut at {}: {}", cut, error),
+        }
+    }
+
+    /// Whatever byte is changed, the recording is refused, or read as it was, or the change found.
+    #[test]
+    fn no_changed_byte_goes_unnoticed(at: prop::sample::Index, by in 1u8..=255) {
+        let mut changed = some().to_vec();
+        let whole = Recording::read(&[&changed]).unwrap();
+        let at = at.index(changed.len());
+        changed[at] ^= by;
+        if let Ok(read) = Recording::read(&[&changed]) {
+            let same = read.messages == whole.messages && read.knowledge == whole.knowledge;
+            let cut = read.cut_off;
+            let replayed = replay::verify_sessions(&Sessions::from(read));
+            let found = replayed.is_ok_and(|replayed| replayed.difference.is_some());
+            prop_assert!(same || cut || found, "byte {}", at);
+        }
+    }
+
+    /// Nothing that somebody calls a recording makes a reader panic.
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..2_000)) {
+        let mut file = mcap::MAGIC.to_vec();
+        file.extend(&bytes);
+        let _ = Recording::read(&[&bytes, &file]);
+        let _ = Sessions::read(&[&file]);
+    }
 }
 
 /// The recording with `from` in a channel's first message that has it replaced by `to`, and the
