@@ -155,7 +155,7 @@ fn a_recording_with_every_kind_of_message_is_read_by_others() {
         .messages
         .iter()
         .filter_map(|message| match &message.what {
-            rover_host::log::recording::What::Report(report) => Some(report.clone()),
+            rover_host::log::recording::What::Report(report) => Some((**report).clone()),
             _ => None,
         })
         .collect();

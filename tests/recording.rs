@@ -7,16 +7,17 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use proptest::prelude::*;
 use rover_host::link::loopback::{Loopback, LoopbackPort};
 use rover_host::link::{Client, LinkError};
-use rover_host::log::recording::{Recording, RecordingWriter, What};
+use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
 use rover_host::log::session::{Knowledge, Sessions};
 use rover_host::log::{Log, ReadError};
 use rover_host::recorder::{RecordError, Recorder};
 use rover_host::replay::{self, Replayed};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, CompassHealth, Mode, Report, ResetReason, Task};
+use rover_shared::wire::message::{Command, CompassHealth, Fault, Mode, Report, ResetReason, Task};
 
 /// A rover that is recorded.
 struct Bench {
@@ -90,7 +91,10 @@ fn verify(files: &[Vec<u8>]) -> Replayed {
 
 fn actions(files: &[Vec<u8>]) -> usize {
     let recording = Recording::read(files).unwrap();
-    let action = |what: &What| matches!(what, What::Report(Report::Action(_)));
+    let action = |what: &What| match what {
+        What::Report(report) => matches!(**report, Report::Action(_)),
+        _ => false,
+    };
     let messages = recording.messages.iter();
     messages.filter(|message| action(&message.what)).count()
 }
@@ -281,6 +285,77 @@ fn a_recording_survives_unplugging_and_resets() {
 }
 
 #[test]
+fn a_rover_that_starts_anew_behind_an_open_port_is_a_gap() {
+    let mut bench = Bench::new(12, None);
+    bench.learn();
+    bench.run(seconds(30));
+    {
+        let mut rover = bench.rover.borrow_mut();
+        rover.reset(ResetReason::Watchdog, 5);
+        rover.open();
+    }
+    // The client notices by the hello, and introduces itself again.
+    bench.run(seconds(1));
+    bench.learn();
+    bench.run(seconds(30));
+    bench.stop();
+    let (files, _folder) = bench.finish();
+    let replayed = verify(&files);
+    assert_eq!((replayed.difference, replayed.sessions), (None, 2));
+    assert_eq!(replayed.steps, actions(&files));
+    let [cut] = &replayed.unverified[..] else {
+        panic!("{:?}", replayed.unverified);
+    };
+    assert!(cut.reason.contains("started anew"), "{cut}");
+}
+
+#[test]
+fn reports_that_the_rover_dropped_are_a_gap_without_a_gap_in_numbers() {
+    let mut bench = Bench::new(13, None);
+    bench.learn();
+    bench.run(MINUTE);
+    bench.stop();
+    let (files, _folder) = bench.finish();
+    let mut recording = Recording::read(&files).unwrap();
+    // As if there had been no room for one action in the rover's queue.
+    let action = |message: &Recorded| match &message.what {
+        What::Report(report) => matches!(**report, Report::Action(_)),
+        _ => false,
+    };
+    let all = recording
+        .messages
+        .iter()
+        .filter(|message| action(message))
+        .count();
+    let dropped = recording.messages.iter().position(action).unwrap() + 20;
+    let dropped = dropped
+        + recording.messages[dropped..]
+            .iter()
+            .position(action)
+            .unwrap();
+    recording.messages.remove(dropped);
+    for message in &mut recording.messages[dropped..] {
+        if let What::Report(report) = &mut message.what {
+            match &mut **report {
+                Report::Action(action) => action.counters.0[Fault::QueueFull as usize] += 1,
+                Report::Status(status) => status.counters.0[Fault::QueueFull as usize] += 1,
+                _ => {}
+            }
+        }
+    }
+    let replayed = replay::verify_sessions(&Sessions::from(recording)).unwrap();
+    assert_eq!(replayed.difference, None);
+    let unverified: usize = replayed.unverified.iter().map(|u| u.steps).sum();
+    assert_eq!(replayed.steps + unverified, all - 1);
+    assert!(replayed.steps > 5 && unverified > 5, "{replayed:?}");
+    assert!(
+        replayed.unverified[0]
+            .reason
+            .contains("the rover dropped 1 report")
+    );
+}
+
+#[test]
 fn a_recording_that_begins_in_the_middle_says_so() {
     let rover = {
         let mut bench = Bench::new(7, None);
@@ -356,6 +431,67 @@ fn one_drive_writes_one_recording() {
         record() == record(),
         "a port with a time of its own makes it repeatable"
     );
+}
+
+/// Some minutes of learning, with a gap.
+fn some() -> &'static [u8] {
+    static FILE: std::sync::LazyLock<Vec<u8>> = std::sync::LazyLock::new(|| {
+        let mut bench = Bench::new(14, None);
+        bench.learn();
+        bench.run(MINUTE);
+        bench.rover.borrow_mut().lose = 1;
+        bench.run(seconds(20));
+        bench.stop();
+        bench.finish().0.swap_remove(0)
+    });
+    &FILE
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// A recording that ends anywhere is readable up to there, but for the chunk being written.
+    #[test]
+    fn a_cut_recording_is_readable_up_to_the_cut(at: prop::sample::Index) {
+        let file = some();
+        let whole = Recording::read(&[file]).unwrap();
+        let cut = at.index(file.len());
+        match Recording::read(&[&file[..cut]]) {
+            Ok(read) => {
+                prop_assert!(read.cut_off);
+                prop_assert!(whole.messages.starts_with(&read.messages));
+                let replayed = replay::verify_sessions(&Sessions::from(read)).unwrap();
+                prop_assert_eq!(replayed.difference, None);
+            }
+            // Before its metadata is whole it says nothing at all.
+            Err(error) => prop_assert!(cut < 1_000, "cut at {}: {}", cut, error),
+        }
+    }
+
+    /// Whatever byte is changed, the recording is refused, or read as it was, or the change found.
+    #[test]
+    fn no_changed_byte_goes_unnoticed(at: prop::sample::Index, by in 1u8..=255) {
+        let mut changed = some().to_vec();
+        let whole = Recording::read(&[&changed]).unwrap();
+        let at = at.index(changed.len());
+        changed[at] ^= by;
+        if let Ok(read) = Recording::read(&[&changed]) {
+            let same = read.messages == whole.messages && read.knowledge == whole.knowledge;
+            let cut = read.cut_off;
+            let replayed = replay::verify_sessions(&Sessions::from(read));
+            let found = replayed.is_ok_and(|replayed| replayed.difference.is_some());
+            prop_assert!(same || cut || found, "byte {}", at);
+        }
+    }
+
+    /// Nothing that somebody calls a recording makes a reader panic.
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..2_000)) {
+        let mut file = mcap::MAGIC.to_vec();
+        file.extend(&bytes);
+        let _ = Recording::read(&[&bytes, &file]);
+        let _ = Sessions::read(&[&file]);
+    }
 }
 
 /// The recording with `from` in a channel's first message that has it replaced by `to`, and the

@@ -71,8 +71,8 @@ impl Recorder {
         let now = self.client.now();
         self.log.tick(now)?;
         if now.since(self.asked) >= STATUS_EVERY {
-            self.client.status()?;
             self.asked = now;
+            self.ask()?;
         }
         if self.pull {
             self.pull()?;
@@ -129,10 +129,19 @@ impl Recorder {
 
     /// Asks for what is not said unasked.
     fn look(&mut self) -> Result<(), RecordError> {
-        self.client.status()?;
         self.asked = self.client.now();
+        self.ask()?;
         self.pull = true;
         self.pull()
+    }
+
+    /// Has the rover tell its state. One that is silent for a while is no reason to stop: if it
+    /// hangs, its watchdog resets it, and the port is lost.
+    fn ask(&mut self) -> Result<(), RecordError> {
+        match self.client.status() {
+            Ok(_) | Err(LinkError::Silent(_)) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     fn pull(&mut self) -> Result<(), RecordError> {
@@ -154,7 +163,7 @@ impl Recorder {
                 refusal: Refusal::Armed | Refusal::KnowledgeInvalid,
                 ..
             })
-            | Err(LinkError::Transfer(_)) => Ok(()),
+            | Err(LinkError::Transfer(_) | LinkError::Silent(_)) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }

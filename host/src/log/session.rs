@@ -190,7 +190,13 @@ impl Assembler<'_> {
             self.gap(message.number, what);
         }
         match &message.what {
-            What::Report(report) => self.hear(message.number, report),
+            What::Report(report) => {
+                let anew = matches!(**report, Report::Hello(_)) && message.frame == Some(0);
+                if anew && message.number > 1 {
+                    self.gap(message.number, "the rover started anew".into());
+                }
+                self.hear(message.number, report);
+            }
             What::Knowledge(pulled) => self.known(pulled.fingerprint),
             What::Gap(gap) => {
                 self.dropped = None;

@@ -50,7 +50,7 @@ pub struct Recorded {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum What {
     /// What the rover said.
-    Report(Report),
+    Report(Box<Report>),
     /// What the rover knew at this moment.
     Knowledge(Pulled),
     /// Something is missing.
@@ -195,7 +195,7 @@ impl Opening<'_> {
             self.header.log_time,
             Some(heard.frame),
             heard.lost_before,
-            What::Report(report(heard.message)),
+            What::Report(Box::new(report(heard.message))),
         );
         Ok(())
     }
