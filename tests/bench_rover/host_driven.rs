@@ -78,6 +78,38 @@ fn a_wall_stops_the_rover_before_it_is_touched() {
 }
 
 #[test]
+fn an_obstacle_that_comes_up_stops_the_rover_when_its_sensors_have_seen_it() {
+    in_an_empty_room(0.0, |bench| {
+        say(bench, Command::Heartbeat);
+        say(bench, Command::SetMode(Mode::Host));
+        say(
+            bench,
+            Command::Drive {
+                turn: Microdegrees(0),
+                advance: Micrometres::from_cm(100),
+            },
+        );
+        bench.run(Duration::from_millis(400), &mut |_| {});
+        assert!(bench.driven());
+        // The right wall, 10.5 cm before the front sensors.
+        let near = Pose {
+            x_cm: 400.0 - 15.2 - 10.5,
+            ..bench.vehicle().pose()
+        };
+        bench.vehicle_mut().put(near);
+        let began = bench.now();
+        while bench.driven() {
+            bench.period(&mut |_| {});
+        }
+        // A measurement that sees both places, one that sees the wall, and a control period.
+        let took = bench.now().since(began);
+        assert!(took <= Duration::from_millis(2 * 48 + 40), "{took:?}");
+        bench.run(Duration::from_millis(500), &mut |_| {});
+        assert!(bench.vehicle().at_rest() && !bench.vehicle().touching());
+    });
+}
+
+#[test]
 fn turns_end_where_they_should() {
     for turn in [-180, -120, -45, -10, 10, 45, 90, 180] {
         in_an_empty_room(20.0, |bench| {

@@ -25,6 +25,9 @@ struct FreeHeading {
     undisturbed: u32,
     sum_deg: f64,
     count: u32,
+    /// The same of all actions with nothing in sight, whatever was before.
+    clear_sum_deg: f64,
+    clear_count: u32,
 }
 
 impl FreeHeading {
@@ -39,18 +42,32 @@ impl FreeHeading {
             .iter()
             .all(|range| *range >= FARTHEST);
         self.undisturbed = if free { self.undisturbed + 1 } else { 0 };
+        let angle = self.direction.turn_from(sample.heading).0;
+        let angle_deg = f64::from(angle.unsigned_abs()) / 1e6;
+        if free {
+            self.clear_sum_deg += angle_deg;
+            self.clear_count += 1;
+        }
         if self.undisturbed > UNDISTURBED {
-            let angle = self.direction.turn_from(sample.heading).0;
-            self.sum_deg += f64::from(angle.unsigned_abs()) / 1e6;
+            self.sum_deg += angle_deg;
             self.count += 1;
         }
     }
 
-    /// Mean angle since the last call, and of how many actions it is.
-    fn take(&mut self) -> (f64, u32) {
-        let count = std::mem::take(&mut self.count);
-        let sum_deg = std::mem::take(&mut self.sum_deg);
-        (sum_deg / f64::from(count), count)
+    /// Means since the last call, of free actions and of those with nothing in sight, and how many
+    /// free actions it is.
+    fn take(&mut self) -> (f64, f64, u32) {
+        let fresh = Self {
+            direction: self.direction,
+            undisturbed: self.undisturbed,
+            ..Self::default()
+        };
+        let done = std::mem::replace(self, fresh);
+        (
+            done.sum_deg / f64::from(done.count),
+            done.clear_sum_deg / f64::from(done.clear_count),
+            done.count,
+        )
     }
 }
 
@@ -58,6 +75,7 @@ impl FreeHeading {
 #[derive(Clone, Copy, Debug)]
 struct Block {
     free_deg: f64,
+    clear_deg: f64,
     free_actions: u32,
     obstacles: u32,
     touching_s: f64,
@@ -84,9 +102,10 @@ fn act(bench: &mut BenchRover, actions: u32, blocks: u32) -> Vec<Block> {
                     obstacles += u32::from(record.outcome == Outcome::Obstacle);
                     acted += 1;
                     if acted % (actions / blocks) == 0 {
-                        let (free_deg, free_actions) = free.take();
+                        let (free_deg, clear_deg, free_actions) = free.take();
                         done.push(Block {
                             free_deg,
+                            clear_deg,
                             free_actions,
                             obstacles: std::mem::take(&mut obstacles),
                             touching_s: f64::from(std::mem::take(&mut touching)) * 0.02,
@@ -220,13 +239,19 @@ fn learning_study() {
             each(&|s| f64::from(s.learning[4].free_actions)),
             each(&|s| f64::from(s.frozen.free_actions)),
         ];
+        let clear = [
+            each(&|s| s.untrained.clear_deg),
+            each(&|s| s.learning[4].clear_deg),
+            each(&|s| s.frozen.clear_deg),
+        ];
+        println!("  with nothing in sight: untrained, last 2,000, frozen {clear:?}");
         println!("  free actions of 2,000 untrained, the last 2,000, and 6,000 frozen: {free:?}");
     }
 }
 
-/// Mean, least and most.
+/// Mean, least and most of the rovers that have a value: in a small room not all have free actions.
 fn spread(values: impl Iterator<Item = f64>) -> String {
-    let values: Vec<f64> = values.collect();
+    let values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let [low, high] =
         [f64::min, f64::max].map(|f| values.iter().copied().reduce(f).unwrap_or(f64::NAN));
