@@ -122,10 +122,10 @@ fn described(log: &Sessions, replayed: &Replayed, difference: Option<&Difference
         .iter()
         .filter_map(|session| session.origin.as_ref());
     let seeds: Vec<_> = seeds.map(|origin| origin.seed.to_string()).collect();
-    let grouped = if replayed.trials > 0 {
-        format!("{} trials", replayed.trials)
-    } else {
-        format!("{} sessions", replayed.sessions)
+    let grouped = match (replayed.trials, replayed.sessions) {
+        (0, 1) => "1 session".into(),
+        (0, sessions) => format!("{sessions} sessions"),
+        (trials, _) => format!("{trials} trials"),
     };
     let seeds = match &seeds[..] {
         [seed] => format!("seed {seed}"),

@@ -14,6 +14,7 @@
 //! | `emulated` | the port of an emulated board |
 //! | `loopback` | a rover in this process, for tests |
 //! | `client` | the conversation: [`Client`] |
+//! | `error` | what can go wrong with it |
 //! | `inbox` | reports that wait to be read, and what was lost |
 //! | `knowledge` | whole knowledge from the rover and to it |
 //! | `refusal` | why a rover refused, as a sentence with the next step |
@@ -25,6 +26,7 @@
 mod client;
 pub mod discovery;
 pub mod emulated;
+mod error;
 mod inbox;
 mod knowledge;
 pub mod loopback;
@@ -32,7 +34,8 @@ mod port;
 mod refusal;
 pub mod serial;
 
-pub use client::{Client, LinkError, name_of};
+pub use client::Client;
+pub use error::{LinkError, name_of};
 pub use inbox::{Counters, Received};
 pub use port::{Port, PortError};
 pub use refusal::{channel_health, channel_name, compass_health, explain, fault_name};
