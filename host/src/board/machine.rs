@@ -322,7 +322,7 @@ impl Machine {
         let from = self.bus.now;
         self.bus.horizon = horizon;
         while self.bus.now < self.bus.horizon {
-            let cycles = self.core.step(&mut self.bus);
+            let cycles = self.core.step_inlined(&mut self.bus);
             if cycles == 0 {
                 break;
             }
