@@ -13,7 +13,9 @@ const MS: Cycles = 1_000 * CYCLES_PER_MICROSECOND;
 
 /// The firmware as it is flashed.
 static FIRMWARE: LazyLock<Image> = LazyLock::new(|| {
-    let path = std::env::var_os("FW").map(std::path::PathBuf::from).unwrap_or_else(|| thumb::build("rover-firmware", "firmware"));
+    let path = std::env::var_os("FW")
+        .map(std::path::PathBuf::from)
+        .unwrap_or_else(|| thumb::build("rover-firmware", "firmware"));
     let file = std::fs::read(path).expect("the firmware was built");
     Image::parse(&file).expect("the firmware is an ELF file")
 });
@@ -26,7 +28,10 @@ fn board() -> Machine {
 fn the_firmware_comes_up_and_feeds_the_watchdog() {
     let mut board = board();
     let start = std::time::Instant::now();
-    let secs: u64 = std::env::var("SECS").ok().and_then(|s| s.parse().ok()).unwrap_or(5);
+    let secs: u64 = std::env::var("SECS")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(5);
     let now = board.now();
     if std::env::var_os("PLUG").is_some() {
         board.usb_mut().plug(now);

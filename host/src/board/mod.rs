@@ -48,6 +48,7 @@ mod pll;
 pub mod probe;
 pub mod profile;
 mod psm;
+pub mod pwm;
 mod resets;
 mod rosc;
 pub mod rtt;

@@ -12,6 +12,7 @@ use super::peripheral::{Alias, Cycles, Peripheral, Write};
 use super::pins::Output;
 use super::pll::Pll;
 use super::psm::{Psm, stage};
+use super::pwm::{self, Pwm};
 use super::resets::{Resets, subsystem};
 use super::rosc::Rosc;
 use super::sio::Sio;
@@ -44,6 +45,7 @@ mod base {
     pub const I2C0: u32 = 0x4004_4000;
     pub const I2C1: u32 = 0x4004_8000;
     pub const ADC: u32 = 0x4004_c000;
+    pub const PWM: u32 = 0x4005_0000;
     pub const TIMER: u32 = 0x4005_4000;
     pub const WATCHDOG: u32 = 0x4005_8000;
     pub const RTC: u32 = 0x4005_c000;
@@ -98,6 +100,7 @@ pub struct Peripherals {
     i2c0: I2c<()>,
     pub(super) i2c1: I2c<Compass>,
     pub(super) usb: Usb,
+    pwm: Pwm,
     pub(super) timer: Timer,
     pub(super) watchdog: Watchdog,
     pub(super) psm: Psm,
@@ -131,6 +134,7 @@ impl Peripherals {
             i2c0: I2c::new(()),
             i2c1: I2c::new(Compass::default()),
             usb: Usb::new(),
+            pwm: Pwm::new(),
             timer: Timer::new(Tick::STOPPED, 0),
             watchdog: Watchdog::new(),
             psm: Psm::new(),
@@ -177,12 +181,12 @@ impl Peripherals {
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
+            base::PWM => (&mut self.pwm, subsystem::PWM),
             base::TIMER => (&mut self.timer, subsystem::TIMER),
             base::WATCHDOG => (&mut self.watchdog, 0),
             base::ROSC => (&mut self.rosc, 0),
             base::VREG_AND_CHIP_RESET => (&mut self.vreg_and_chip_reset, 0),
             base::TBMAN => (&mut self.tbman, subsystem::TBMAN),
-            0x4005_0000 => return Block::Unmodelled,
             base::UART0
             | base::UART1
             | base::SPI0
@@ -270,8 +274,8 @@ impl Peripherals {
     }
 
     /// What the PWM slices make of a pin.
-    pub(super) fn pwm_output(&self, _pin: usize) -> Output {
-        Output::Level(false)
+    pub(super) fn pwm_output(&self, pin: usize) -> Output {
+        Output::Pulses(self.pwm.output(pin))
     }
 
     /// The levels of the interrupt lines to the NVIC.
@@ -279,6 +283,7 @@ impl Peripherals {
         let line = |high: bool, number: u32| u32::from(high) << number;
         let [dma0, dma1] = self.dma.lines();
         self.timer.lines()
+            | line(self.pwm.interrupt(), pwm::IRQ)
             | line(self.usb.interrupt(), USBCTRL_IRQ)
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
@@ -293,6 +298,7 @@ impl Peripherals {
     pub fn next_event(&self) -> Option<Cycles> {
         let events = [
             self.timer.next_event(),
+            self.pwm.next_event(),
             self.watchdog.next_event(),
             self.adc.next_event(),
             self.dma.next_event(),
@@ -306,6 +312,7 @@ impl Peripherals {
     /// Lets happen what is due by now.
     pub fn advance(&mut self, now: Cycles) {
         self.timer.advance(now);
+        self.pwm.advance(now);
         self.watchdog.advance(now);
         self.adc.advance(now);
         self.dma.advance(now);
@@ -334,6 +341,7 @@ impl Peripherals {
                 subsystem::PADS_QSPI => self.pads_qspi.reset(),
                 subsystem::PLL_SYS => self.pll_sys = Pll::new(),
                 subsystem::PLL_USB => self.pll_usb = Pll::new(),
+                subsystem::PWM => self.pwm.reset(),
                 subsystem::SYSCFG => self.syscfg.reset(),
                 subsystem::TIMER => self.timer = Timer::new(tick, now),
                 _ => {}

@@ -117,11 +117,7 @@ mod tests {
 
     #[test]
     fn a_poll_with_steps_is_a_cycle() {
-        let steps = [
-            call(110, 120, 0),
-            call(121, 140, 5),
-            call(310, 320, 0),
-        ];
+        let steps = [call(110, 120, 0), call(121, 140, 5), call(310, 320, 0)];
         let found = cycle(&call(100, 200, 7), &steps);
         let expected = ActionCycle {
             at: 100,
