@@ -406,6 +406,32 @@ impl Machine {
         &self.core
     }
 
+    /// The processor, for a debugger to change its registers.
+    pub fn core_mut(&mut self) -> &mut Core {
+        self.bus.look();
+        &mut self.core
+    }
+
+    /// Lets the code outside of interrupts hang from now on: it waits for ever, in the boot ROM,
+    /// while interrupts are served as before. Gives false, and does nothing, while the core is in an
+    /// interrupt or without power.
+    pub fn hang(&mut self) -> bool {
+        let handling = self.core.registers().handler_mode();
+        if handling || !self.powered {
+            return false;
+        }
+        let rest = super::boot_rom::rest_address();
+        self.core_mut().registers_mut().set(super::cpu::PC, rest);
+        true
+    }
+
+    /// Lets the core stand still for some time, and interrupts wait, as if something took much longer
+    /// than it should with interrupts masked.
+    pub fn stall(&mut self, time: Cycles) {
+        self.bus.stalled_until = self.bus.stalled_until.max(self.bus.now) + time;
+        self.bus.look();
+    }
+
     /// What the boot ROM came to.
     pub fn boot(&self) -> Boot {
         self.bus.boot
