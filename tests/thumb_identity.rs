@@ -26,7 +26,7 @@ impl groups::Report for Lines {
 
 #[test]
 fn board_and_host_calculate_the_same() {
-    let file = std::fs::read(thumb::build(PACKAGE, "release")).expect("the program was built");
+    let file = std::fs::read(thumb::build(PACKAGE, "release", "")).expect("the program was built");
     let image = Image::parse(&file).expect("the program is an ELF file");
     let vectors = image
         .symbol("__vector_table")

@@ -5,17 +5,18 @@ use std::process::Command;
 
 const TARGET: &str = "thumbv6m-none-eabi";
 
-/// Builds a package of the workspace and gives the program's path.
+/// Builds a package of the workspace with these features, and gives the program's path.
 ///
 /// # Panics
 /// With what to do about it, if that fails.
-pub fn build(package: &str, profile: &str) -> PathBuf {
+pub fn build(package: &str, profile: &str, features: &str) -> PathBuf {
     install_target();
     // Not the target folder that the command which runs this test may have locked.
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thumb");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("thumb{features}"));
     run(
         Command::new(env!("CARGO"))
             .args(["build", "--package", package, "--profile", profile])
+            .args(["--features", features])
             .args(["--target", TARGET, "--target-dir"])
             .arg(&folder),
         "it is built by this test, which needs the crates that Cargo.lock names",

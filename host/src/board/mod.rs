@@ -48,6 +48,7 @@ mod pll;
 pub mod probe;
 pub mod profile;
 mod psm;
+pub mod pwm;
 mod resets;
 mod rosc;
 pub mod rtt;
@@ -64,4 +65,3 @@ mod xosc;
 
 pub use incident::{Incident, Incidents};
 pub use machine::Machine;
-pub mod pwm;

@@ -13,7 +13,6 @@ mod pad {
     pub const OD: u32 = 1 << 7;
     pub const IE: u32 = 1 << 6;
     pub const PUE: u32 = 1 << 3;
-    pub const PDE: u32 = 1 << 2;
     pub const ALL: u32 = 0xff;
     /// After a reset: input enabled, pulled down.
     pub const RESET: u32 = 0x56;
@@ -55,16 +54,6 @@ impl Pads {
         pad & pad::IE != 0 && outside.unwrap_or(pad & pad::PUE != 0)
     }
 
-    /// Whether the chip pulls the pin up, down or not at all.
-    pub fn pull(&self, pin: usize) -> Option<bool> {
-        let pad = self.pads[pin];
-        match (pad & pad::PUE != 0, pad & pad::PDE != 0) {
-            (true, _) => Some(true),
-            (false, true) => Some(false),
-            (false, false) => None,
-        }
-    }
-
     fn register(&mut self, offset: u32) -> Option<(&mut u32, u32)> {
         match offset {
             VOLTAGE_SELECT => Some((&mut self.voltage, 1)),
@@ -101,7 +90,6 @@ mod tests {
         assert!(pads.input(6, Some(true)));
         pads.write(GPIO0 + 4 * 6, Write::plain(pad::IE | pad::PUE), 0);
         assert!(pads.input(6, None));
-        assert_eq!((pads.pull(6), pads.pull(7)), (Some(true), Some(false)));
         pads.write(GPIO0 + 4 * 6, Write::plain(pad::PUE), 0);
         assert!(!pads.input(6, Some(true)), "no input buffer");
         assert_eq!(pads.read(SWCLK, 0), 0xda);

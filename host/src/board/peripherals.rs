@@ -1,5 +1,7 @@
 //! All register blocks: where they are, what resets them, and what they do to each other.
 
+mod restart;
+
 use super::adc::{self, Adc};
 use super::clocks::Clocks;
 use super::compass::Compass;
@@ -99,8 +101,8 @@ pub struct Peripherals {
     /// Nothing is connected to it.
     i2c0: I2c<()>,
     pub(super) i2c1: I2c<Compass>,
-    pub(super) pwm: Pwm,
     pub(super) usb: Usb,
+    pwm: Pwm,
     pub(super) timer: Timer,
     pub(super) watchdog: Watchdog,
     pub(super) psm: Psm,
@@ -133,8 +135,8 @@ impl Peripherals {
             dma: Dma::new(),
             i2c0: I2c::new(()),
             i2c1: I2c::new(Compass::default()),
-            pwm: Pwm::new(),
             usb: Usb::new(),
+            pwm: Pwm::new(),
             timer: Timer::new(Tick::STOPPED, 0),
             watchdog: Watchdog::new(),
             psm: Psm::new(),
@@ -178,10 +180,10 @@ impl Peripherals {
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
             base::I2C0 => (&mut self.i2c0, subsystem::I2C0),
             base::I2C1 => (&mut self.i2c1, subsystem::I2C1),
-            base::PWM => (&mut self.pwm, subsystem::PWM),
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
+            base::PWM => (&mut self.pwm, subsystem::PWM),
             base::TIMER => (&mut self.timer, subsystem::TIMER),
             base::WATCHDOG => (&mut self.watchdog, 0),
             base::ROSC => (&mut self.rosc, 0),
@@ -259,6 +261,14 @@ impl Peripherals {
         )
     }
 
+    /// Until when the core has to wait where it reads this register.
+    pub(super) fn wait_at(&self, address: u32, now: Cycles) -> Option<Cycles> {
+        if address & BLOCK_MASK != base::XOSC {
+            return None;
+        }
+        self.xosc.wait_at_status(address & OFFSET_MASK, now)
+    }
+
     /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
     pub(super) fn dma_requests(&self) -> u64 {
         [
@@ -283,10 +293,10 @@ impl Peripherals {
         let line = |high: bool, number: u32| u32::from(high) << number;
         let [dma0, dma1] = self.dma.lines();
         self.timer.lines()
+            | line(self.pwm.interrupt(), pwm::IRQ)
             | line(self.usb.interrupt(), USBCTRL_IRQ)
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
-            | line(self.pwm.interrupt(), pwm::IRQ)
             | line(self.adc.line(), adc::IRQ)
             | line(self.i2c0.line(), i2c::IRQS[0])
             | line(self.i2c1.line(), i2c::IRQS[1])
@@ -298,12 +308,12 @@ impl Peripherals {
     pub fn next_event(&self) -> Option<Cycles> {
         let events = [
             self.timer.next_event(),
+            self.pwm.next_event(),
             self.watchdog.next_event(),
             self.adc.next_event(),
             self.dma.next_event(),
             self.i2c0.next_event(),
             self.i2c1.next_event(),
-            self.pwm.next_event(),
             self.usb.next_event(),
         ];
         events.into_iter().flatten().min()
@@ -312,76 +322,13 @@ impl Peripherals {
     /// Lets happen what is due by now.
     pub fn advance(&mut self, now: Cycles) {
         self.timer.advance(now);
+        self.pwm.advance(now);
         self.watchdog.advance(now);
         self.adc.advance(now);
         self.dma.advance(now);
         self.i2c0.advance(now);
         self.i2c1.advance(now);
-        self.pwm.advance(now);
         self.usb.advance(now);
-    }
-
-    /// Puts subsystems through reset.
-    fn reset_subsystems(&mut self, subsystems: u32, now: Cycles) {
-        let tick = self.watchdog.tick();
-        for bit in (0..u32::BITS)
-            .map(|i| 1 << i)
-            .filter(|bit| subsystems & bit != 0)
-        {
-            match bit {
-                subsystem::PWM => self.pwm.reset(),
-                subsystem::ADC => self.adc.reset(),
-                subsystem::DMA => self.dma.reset(),
-                subsystem::I2C0 => self.i2c0.reset(),
-                subsystem::I2C1 => self.i2c1.reset(),
-                subsystem::USBCTRL => self.usb.reset(now),
-                subsystem::BUSCTRL => self.busctrl.reset(),
-                subsystem::IO_BANK0 => self.io_bank0 = IoBank0::new(),
-                subsystem::IO_QSPI => self.io_qspi.reset(),
-                subsystem::PADS_BANK0 => self.pads = Pads::new(),
-                subsystem::PADS_QSPI => self.pads_qspi.reset(),
-                subsystem::PLL_SYS => self.pll_sys = Pll::new(),
-                subsystem::PLL_USB => self.pll_usb = Pll::new(),
-                subsystem::SYSCFG => self.syscfg.reset(),
-                subsystem::TIMER => self.timer = Timer::new(tick, now),
-                _ => {}
-            }
-        }
-        self.pins_changed(now);
-    }
-
-    /// The reset that the watchdog, having fired, demands; gives which stages go through it.
-    pub fn reset_by_watchdog(&mut self, now: Cycles) -> u32 {
-        let stages = self.psm.restarted_by_watchdog();
-        self.watchdog.restart();
-        self.timer.set_tick(self.watchdog.tick(), now);
-        let subsystems = self.resets.selected_for_watchdog();
-        self.reset_subsystems(subsystems, now);
-        if stages & stage::CLOCKS != 0 {
-            self.clocks = Clocks::new();
-        }
-        if stages & stage::RESETS != 0 {
-            self.resets = Resets::new();
-            self.reset_subsystems(subsystem::ALL, now);
-        }
-        if stages & stage::SIO != 0 {
-            self.sio = Sio::new();
-        }
-        self.psm = Psm::new();
-        self.pins_changed(now);
-        stages
-    }
-
-    /// A reset of the whole chip.
-    pub fn reset_chip(&mut self, reset: ChipReset, now: Cycles) {
-        self.watchdog = Watchdog::new();
-        self.psm = Psm::new();
-        self.resets = Resets::new();
-        self.clocks = Clocks::new();
-        self.xosc = Xosc::new();
-        self.sio = Sio::new();
-        self.vreg_and_chip_reset = VregAndChipReset::new(reset);
-        self.reset_subsystems(subsystem::ALL, now);
     }
 }
 

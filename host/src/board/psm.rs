@@ -8,12 +8,8 @@ const FRCE_OFF: u32 = 0x4;
 const WDSEL: u32 = 0x8;
 const DONE: u32 = 0xc;
 
-/// One bit a stage, in their order.
+/// One bit a stage, in their order; the first two are the oscillators.
 pub mod stage {
-    /// Ring oscillator.
-    pub const ROSC: u32 = 1 << 0;
-    /// Crystal oscillator.
-    pub const XOSC: u32 = 1 << 1;
     /// Clock generators.
     pub const CLOCKS: u32 = 1 << 2;
     /// The subsystem resets.

@@ -101,8 +101,7 @@ fn drain(machine: &mut Machine, control_block: u32) -> Option<Vec<u8>> {
         let bytes = machine.read(control_block.checked_add(4 * index)?, 4)?;
         Some(u32::from_le_bytes(*bytes.first_chunk()?))
     };
-    let [buffer, size, write, read] =
-        [BUFFER, SIZE, WRITE, READ].map(|index| word(machine, index));
+    let [buffer, size, write, read] = [BUFFER, SIZE, WRITE, READ].map(|index| word(machine, index));
     let (buffer, size, write, read) = (buffer?, size?, write?, read?);
     if write >= size || read >= size {
         return None;

@@ -45,6 +45,7 @@ impl Tick {
         reference_cycles: 0,
     };
     /// A tick each microsecond, as the firmware sets it.
+    #[cfg(test)]
     pub const MICROSECOND: Self = Self {
         reference_cycles: REFERENCE_MEGAHERTZ,
     };

@@ -176,7 +176,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let rover = Rc::new(RefCell::new(rover));
     let meter = arguments
         .report
-        .then(|| Meter::new(&mut rover.borrow_mut(), &image));
+        .then(|| Meter::new(&mut rover.borrow_mut(), &image))
+        .transpose()?;
     let interrupt = Interrupt::listen()?;
     let began = time::Instant::now();
     let mut client = Client::open(Box::new(EmulatedPort::open(Rc::clone(&rover))?))?;

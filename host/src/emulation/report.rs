@@ -2,14 +2,13 @@
 
 use std::fmt;
 
-use rover_shared::time::Duration;
 use serde::Serialize;
 
 use super::Emulation;
 use crate::board::elf::Image;
 use crate::board::machine::Load;
 use crate::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
-use crate::board::probe::{Probe, ProbeId};
+use crate::board::profile::{NotFound, Profile};
 
 /// Sizes of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -31,14 +30,14 @@ impl Sizes {
     }
 }
 
-/// How long the calls of a function took.
+/// How long something took that the firmware did many times.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Span {
-    /// How many calls.
-    pub calls: u64,
-    /// Mean cycles of a call, without the interrupts in between.
+    /// How many times.
+    pub times: usize,
+    /// Mean cycles, without the interrupts in between.
     pub mean_cycles: f64,
-    /// Most cycles of a call.
+    /// Most cycles.
     pub most_cycles: Cycles,
     /// Mean time in milliseconds, at 125 MHz.
     pub mean_ms: f64,
@@ -47,14 +46,15 @@ pub struct Span {
 }
 
 impl Span {
-    fn of(probe: &Probe) -> Option<Self> {
-        let calls = probe.calls();
-        let most_cycles = calls.iter().map(|call| call.cycles()).max()?;
-        let sum: Cycles = calls.iter().map(|call| call.cycles()).sum();
-        let mean_cycles = sum as f64 / calls.len() as f64;
+    /// `None` of no times.
+    fn of(cycles: impl Iterator<Item = Cycles>) -> Option<Self> {
+        let cycles: Vec<Cycles> = cycles.collect();
+        let most_cycles = *cycles.iter().max()?;
+        let sum: Cycles = cycles.iter().sum();
+        let mean_cycles = sum as f64 / cycles.len() as f64;
         let ms = |cycles: f64| cycles / (1_000 * CYCLES_PER_MICROSECOND) as f64;
         Some(Self {
-            calls: probe.count(),
+            times: cycles.len(),
             mean_cycles,
             most_cycles,
             mean_ms: ms(mean_cycles),
@@ -96,10 +96,10 @@ impl fmt::Display for EmulationReport {
         let mut span = |name: &str, span: &Option<Span>| match span {
             Some(span) => writeln!(
                 f,
-                "{name:<28} {:.2} ms ({:.0} cycles), at most {:.2} ms; {} calls",
-                span.mean_ms, span.mean_cycles, span.most_ms, span.calls
+                "{name:<28} {:.2} ms ({:.0} cycles), at most {:.2} ms; {} times",
+                span.mean_ms, span.mean_cycles, span.most_ms, span.times
             ),
-            None => writeln!(f, "{name:<28} not found among the program's symbols"),
+            None => writeln!(f, "{name:<28} did not happen"),
         };
         span("a perception", &self.perception)?;
         span("all computing of an action", &self.action_cycle)?;
@@ -119,37 +119,33 @@ impl fmt::Display for EmulationReport {
 /// Measures a run.
 #[derive(Debug)]
 pub struct Meter {
-    perception: Option<ProbeId>,
-    action_cycle: Option<ProbeId>,
+    profile: Profile,
     load: Load,
     sizes: Sizes,
 }
 
 impl Meter {
     /// Begins to measure. While it does the board runs slower.
-    pub fn new(emulation: &mut Emulation, image: &Image) -> Self {
-        let mut probe = |parts: &[&str]| {
-            let function = image.symbols_with(parts).next()?;
-            Some(emulation.machine_mut().add_probe(function.address))
-        };
-        Self {
-            perception: probe(&["lattice", "Lattice", "6settle"]),
-            action_cycle: probe(&["begin_cycle"]),
+    ///
+    /// # Errors
+    /// The program is not the firmware.
+    pub fn new(emulation: &mut Emulation, image: &Image) -> Result<Self, NotFound> {
+        Ok(Self {
+            profile: Profile::start(emulation.machine_mut(), image)?,
             load: emulation.machine().load(),
             sizes: Sizes::of(image),
-        }
+        })
     }
 
     /// What was measured so far.
     pub fn report(&self, emulation: &Emulation) -> EmulationReport {
         let machine = emulation.machine();
-        let span = |probe: Option<ProbeId>| Span::of(machine.probe(probe?));
-        let Duration(us) = emulation.now().since(rover_shared::time::Instant(0));
+        let cycles = self.profile.cycles(machine);
         EmulationReport {
-            seconds: us as f64 / 1e6,
+            seconds: emulation.now().0 as f64 / 1e6,
             actions: emulation.progress().actions,
-            perception: span(self.perception),
-            action_cycle: span(self.action_cycle),
+            perception: Span::of(cycles.iter().map(|cycle| cycle.perception)),
+            action_cycle: Span::of(cycles.iter().map(|cycle| cycle.whole)),
             cpu_load: machine.load().since(self.load).share(),
             stack_high_water_bytes: machine.stack_high_water(),
             stack_bytes: machine.stack_size(),

@@ -135,8 +135,6 @@ impl Lattice {
     /// # Errors
     ///
     /// [`DidNotSettle`] if that is not so by [`MAX_TIME`].
-    // Kept a function of its own, so that a profiler or the emulated board can find it.
-    #[inline(never)]
     pub fn settle(&self, corners: &Corners, noise: &Noise) -> Result<Settled, DidNotSettle> {
         self.run(corners, noise, |_, _| {})
     }

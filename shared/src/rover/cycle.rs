@@ -85,8 +85,6 @@ impl Rover<'_> {
     }
 
     /// Senses, learns, perceives and chooses.
-    // Kept a function of its own, so that a profiler or the emulated board can find it.
-    #[inline(never)]
     fn begin_cycle(
         &mut self,
         now: Instant,

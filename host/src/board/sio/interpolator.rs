@@ -117,7 +117,7 @@ impl Interpolator {
             }
         };
         let (from, to) = (widen(self.bases[0]), widen(self.bases[1]));
-        (from + (i64::from(alpha) * (to - from) >> 8)) as u32
+        (from + ((i64::from(alpha) * (to - from)) >> 8)) as u32
     }
 
     /// Between BASE0 and BASE1.
