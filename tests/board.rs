@@ -8,6 +8,8 @@ mod measures;
 mod resets;
 #[path = "board/rig.rs"]
 mod rig;
+#[path = "board/sensors.rs"]
+mod sensors;
 #[path = "support/thumb.rs"]
 mod thumb;
 

@@ -283,6 +283,19 @@ impl Peripherals {
         .sum()
     }
 
+    /// Hands the wraps of PWM counters that DMA channels wait for to the DMA controller.
+    pub(super) fn pass_on_wraps(&mut self) {
+        let awaited = self.dma.awaited() >> treq::PWM_WRAP0;
+        self.pwm.await_wraps(awaited as u32);
+        let wraps = self.pwm.take_wraps();
+        if wraps == 0 {
+            return;
+        }
+        for slice in (0..pwm::SLICES as u32).filter(|slice| wraps >> slice & 1 != 0) {
+            self.dma.request_once(treq::PWM_WRAP0 + slice);
+        }
+    }
+
     /// What the PWM slices make of a pin.
     pub(super) fn pwm_output(&self, pin: usize) -> Output {
         Output::Pulses(self.pwm.output(pin))

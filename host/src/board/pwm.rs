@@ -1,14 +1,16 @@
 //! Pulse width modulation (RP2040 datasheet 4.5): eight slices of two outputs each.
 //!
 //! The counters are not stepped: their state is worked out from the time when somebody looks. A
-//! slice makes an event of a wrap only if an interrupt wants it, or if new values of TOP or CC wait
-//! to take over there.
+//! slice makes an event of a wrap only if an interrupt or the DMA controller wants it, or if new
+//! values of TOP or CC wait to take over there.
 //!
-//! Not modelled: counting pulses at the B pins (DIVMODE 1 to 3, in which the counter stands), and
-//! requests to the DMA controller.
+//! Not modelled: counting pulses at the B pins (DIVMODE 1 to 3, in which the counter stands).
 
 use super::peripheral::{Cycles, Peripheral, Write};
 use super::pins::Pulses;
+
+#[cfg(test)]
+mod tests;
 
 /// Slices.
 pub const SLICES: usize = 8;
@@ -87,11 +89,11 @@ impl Slice {
         self.csr & csr::EN != 0 && self.csr & csr::DIVMODE == 0
     }
 
-    /// Sixteenths of cycles that a count takes. A divider of 0 stands for 256 (4.5.2.4).
+    /// Sixteenths of cycles that a count takes. An integer part of 0 stands for 256 (4.5.2.4).
     const fn count_length(&self) -> u64 {
-        match self.div {
-            0 => 256 * FRACTION,
-            div => div as u64,
+        match self.div as u64 {
+            fraction @ ..FRACTION => 256 * FRACTION + fraction,
+            div => div,
         }
     }
 
@@ -156,6 +158,10 @@ pub struct Pwm {
     wrapped: u32,
     enabled: u32,
     forced: u32,
+    /// Slices whose wraps a DMA channel waits for.
+    awaited: u32,
+    /// Those of them that have wrapped.
+    requests: u32,
 }
 
 impl Default for Pwm {
@@ -172,6 +178,8 @@ impl Pwm {
             wrapped: 0,
             enabled: 0,
             forced: 0,
+            awaited: 0,
+            requests: 0,
         }
     }
 
@@ -183,6 +191,17 @@ impl Pwm {
     /// Whether PWM_IRQ_WRAP is up.
     pub fn interrupt(&self) -> bool {
         (self.wrapped & self.enabled) | self.forced != 0
+    }
+
+    /// Tells for the wraps of which slices DMA channels wait, a bit each. Others ask for nothing.
+    pub fn await_wraps(&mut self, slices: u32) {
+        self.awaited = slices & ALL;
+        self.requests &= self.awaited;
+    }
+
+    /// The slices that have wrapped since, of those that DMA channels wait for.
+    pub fn take_wraps(&mut self) -> u32 {
+        std::mem::take(&mut self.requests)
     }
 
     /// The pulses of a pin that is a PWM output: slice and channel by the table of 4.5.2.
@@ -288,7 +307,8 @@ impl Peripheral for Pwm {
 
     fn next_event(&self) -> Option<Cycles> {
         let wanted = |i: usize, slice: &Slice| {
-            slice.shape != slice.next || self.enabled & !self.wrapped & 1 << i != 0
+            let asked_for = self.awaited | self.enabled & !self.wrapped;
+            slice.shape != slice.next || asked_for >> i & 1 != 0
         };
         self.slices
             .iter()
@@ -302,144 +322,8 @@ impl Peripheral for Pwm {
         for (i, slice) in self.slices.iter_mut().enumerate() {
             if slice.settle(now) {
                 self.wrapped |= 1 << i;
+                self.requests |= self.awaited & 1 << i;
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    /// Slice 0 as the firmware has it: 125 MHz, 6250 counts, 20 kHz.
-    fn running() -> Pwm {
-        let mut pwm = Pwm::new();
-        pwm.write(TOP, Write::plain(6_249), 0);
-        pwm.write(CSR, Write::plain(csr::EN), 0);
-        pwm
-    }
-
-    #[test]
-    fn registers_after_a_reset() {
-        let mut pwm = Pwm::new();
-        for slice in 0..SLICES as u32 {
-            let registers = [CSR, DIV, CTR, CC, TOP].map(|r| pwm.read(slice * STRIDE + r, 0));
-            assert_eq!(registers, [0, 0x10, 0, 0, 0xffff]);
-        }
-        assert_eq!([EN, INTR, INTE, INTF, INTS].map(|r| pwm.read(r, 0)), [0; 5]);
-        assert_eq!(pwm.next_event(), None);
-    }
-
-    #[test]
-    fn new_compare_values_take_over_at_the_wrap() {
-        let mut pwm = running();
-        assert_eq!(pwm.next_event(), None, "nothing waits");
-        pwm.write(CC, Write::plain(3_125 | 625 << 16), 1_000);
-        assert_eq!(pwm.output(0).duty(), 0.0);
-        assert_eq!(pwm.next_event(), Some(6_250));
-        pwm.advance(6_250);
-        assert_eq!((pwm.output(0).duty(), pwm.output(1).duty()), (0.5, 0.1));
-        assert_eq!(pwm.next_event(), None);
-        pwm.write(CC, Write::plain(0), 7_000);
-        pwm.advance(12_499);
-        assert_eq!(pwm.output(0).duty(), 0.5);
-        pwm.advance(12_500);
-        assert_eq!(pwm.output(0).duty(), 0.0);
-    }
-
-    #[test]
-    fn pins_of_the_upper_half_repeat_those_of_the_lower() {
-        let mut pwm = running();
-        pwm.write(CC, Write::plain(6_250), 0);
-        pwm.advance(6_250);
-        assert_eq!(pwm.output(16).duty(), 1.0);
-        assert_eq!(pwm.output(2).duty(), 0.0);
-    }
-
-    #[test]
-    fn outputs_can_be_inverted_and_the_period_doubled() {
-        let mut pwm = running();
-        pwm.write(CC, Write::plain(625), 0);
-        pwm.write(CSR, Write::plain(csr::EN | csr::A_INV | csr::PH_CORRECT), 0);
-        assert_eq!(pwm.next_event(), Some(12_500));
-        pwm.advance(12_500);
-        assert_eq!(pwm.output(0).duty(), 0.9);
-        assert_eq!(pwm.read(CTR, 12_500 + 6_249), 6_249);
-        assert_eq!(pwm.read(CTR, 12_500 + 6_260), 6_239);
-    }
-
-    #[test]
-    fn the_divider_slows_the_counter() {
-        let mut pwm = running();
-        pwm.write(DIV, Write::plain(2 << 4 | 8), 0);
-        assert_eq!(pwm.read(CTR, 1_000), 400);
-    }
-
-    #[test]
-    fn a_slice_that_stands_takes_values_at_once_and_keeps_its_level() {
-        let mut pwm = Pwm::new();
-        pwm.write(CC, Write::plain(5), 0);
-        assert_eq!(pwm.output(0).duty(), 1.0, "0 is below 5");
-        pwm.write(CTR, Write::plain(5), 0);
-        assert_eq!(pwm.output(0).duty(), 0.0);
-        assert_eq!(pwm.read(CTR, 1_000_000), 5);
-    }
-
-    #[test]
-    fn wraps_interrupt_if_asked_to() {
-        let mut pwm = running();
-        pwm.advance(10_000);
-        assert_eq!(pwm.read(INTR, 10_000), 1);
-        assert!(!pwm.interrupt());
-        pwm.write(INTR, Write::plain(1), 10_000);
-        pwm.write(INTE, Write::plain(1), 10_000);
-        assert_eq!(pwm.next_event(), Some(12_500));
-        pwm.advance(12_500);
-        assert!(pwm.interrupt());
-        assert_eq!(pwm.next_event(), None, "it stands already");
-        pwm.write(INTR, Write::plain(1), 12_600);
-        assert!(!pwm.interrupt());
-        pwm.write(INTF, Write::plain(4), 12_600);
-        assert!(pwm.interrupt() && pwm.read(INTS, 12_600) == 4);
-    }
-
-    #[test]
-    fn slices_are_enabled_together_and_advanced_by_single_counts() {
-        let mut pwm = Pwm::new();
-        pwm.write(EN, Write::plain(0b101), 0);
-        assert_eq!(pwm.read(2 * STRIDE + CSR, 0), 1);
-        assert_eq!(pwm.read(EN, 0), 0b101);
-        pwm.write(CSR, Write::plain(csr::EN | csr::PH_ADV), 10);
-        assert_eq!(pwm.read(CSR, 10), 1);
-        assert_eq!(pwm.read(CTR, 10), 11);
-        assert_eq!(pwm.read(2 * STRIDE + CTR, 10), 10);
-    }
-
-    proptest! {
-        #[test]
-        fn looking_often_or_seldom_makes_no_difference(
-            top in 0u32..2_000, div in 0u32..0x200, compare: u32, phase_correct: bool,
-            looks in prop::collection::vec(1u64..100_000, 1..20),
-        ) {
-            let mut often = Pwm::new();
-            often.write(TOP, Write::plain(top), 0);
-            often.write(DIV, Write::plain(div), 0);
-            let mode = if phase_correct { csr::PH_CORRECT } else { 0 };
-            often.write(CSR, Write::plain(csr::EN | mode), 0);
-            often.write(CC, Write::plain(compare), 0);
-            let mut seldom = often.clone();
-            let end: u64 = looks.iter().sum();
-            let mut now = 0;
-            for look in looks {
-                now += look;
-                often.advance(now);
-            }
-            seldom.advance(end);
-            prop_assert_eq!(often.read(CTR, end), seldom.read(CTR, end));
-            prop_assert_eq!(often.output(0), seldom.output(0));
-            prop_assert!(often.output(0).high <= often.output(0).period);
         }
     }
 }
