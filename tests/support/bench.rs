@@ -21,7 +21,7 @@ use super::thumb;
 
 /// The firmware as it is flashed.
 pub static FIRMWARE: LazyLock<Image> = LazyLock::new(|| {
-    let path = thumb::build("rover-firmware", "firmware");
+    let path = thumb::build("rover-firmware", "firmware", "");
     let file = std::fs::read(path).expect("the firmware was built");
     Image::parse(&file).expect("the firmware is an ELF file")
 });
@@ -121,7 +121,9 @@ impl Bench {
         let at: f64 = at.parse().expect("seconds");
         let plus = if lasts.is_empty() { "" } else { "+" };
         let fault = format!("{}{plus}{lasts}:{what}", now + at);
-        let fault = fault.parse().unwrap_or_else(|error| panic!("{fault}: {error}"));
+        let fault = fault
+            .parse()
+            .unwrap_or_else(|error| panic!("{fault}: {error}"));
         self.rover.borrow_mut().add_faults(&[fault]);
     }
 

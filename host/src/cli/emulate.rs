@@ -98,18 +98,18 @@ struct Outcome {
 
 /// Who listens to the rover.
 enum Listener {
-    Host(Client),
-    Recorder(Recorder),
+    Host(Box<Client>),
+    Recorder(Box<Recorder>),
 }
 
 impl Listener {
     fn new(client: Client, log: Option<&Path>) -> Result<Self, Failure> {
         let Some(path) = log else {
-            return Ok(Self::Host(client));
+            return Ok(Self::Host(Box::new(client)));
         };
         let writer = concat!("rover ", env!("CARGO_PKG_VERSION"));
         let log = RecordingWriter::create(path, None, writer, client.epoch())?;
-        Ok(Self::Recorder(Recorder::begin(client, log)?))
+        Ok(Self::Recorder(Box::new(Recorder::begin(client, log)?)))
     }
 
     fn client(&mut self) -> &mut Client {

@@ -19,7 +19,8 @@ struct Defects {
 
 /// Milliseconds between two bursts of garbage.
 const BURST_EVERY: u32 = 7;
-/// Bytes to the host that wait to be read, at most; more are dropped and counted.
+/// Bytes to the host that wait to be read, at most; the oldest go, as gaps of the frames' numbers
+/// tell.
 const ROOM: usize = 1 << 20;
 
 /// A cable between the board and a port of the host.
@@ -33,7 +34,6 @@ pub struct Cable {
     /// Bytes for the board that the USB host has no room for yet.
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
-    dropped: u64,
     slices: u32,
 }
 
@@ -49,7 +49,6 @@ impl Cable {
             noise_out: Noise::new(seed, 2),
             outgoing: Vec::new(),
             incoming: Vec::new(),
-            dropped: 0,
             slices: 0,
         }
     }
@@ -96,11 +95,6 @@ impl Cable {
         length
     }
 
-    /// Bytes that were dropped because nobody read them.
-    pub const fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
     /// A fault begins or ends.
     pub fn set_fault(&mut self, machine: &mut Machine, fault: Fault, on: bool) {
         let now: Cycles = machine.now();
@@ -140,25 +134,27 @@ impl Cable {
             let accepted = machine.usb_mut().send(&self.outgoing, now);
             self.outgoing.drain(..accepted);
         }
+        if self.defects.garbage_out && burst && self.open {
+            let noise = self.noise_out.burst();
+            self.keep(&noise);
+        }
         if self.defects.deaf || !machine.usb().has_received() {
             return Vec::new();
         }
         let bytes = machine.usb_mut().receive(now);
-        if self.open {
-            if self.defects.truncated_out {
-                let kept = self.noise_out.truncate(&bytes);
-                self.incoming.extend(kept);
-            } else {
-                self.incoming.extend_from_slice(&bytes);
-            }
-            if self.defects.garbage_out && burst {
-                let burst = self.noise_out.burst();
-                self.incoming.extend(burst);
-            }
-            let excess = self.incoming.len().saturating_sub(ROOM);
-            self.incoming.drain(..excess);
-            self.dropped += excess as u64;
+        if self.open && self.defects.truncated_out {
+            let kept = self.noise_out.truncate(&bytes);
+            self.keep(&kept);
+        } else if self.open {
+            self.keep(&bytes);
         }
         bytes
+    }
+
+    /// Keeps bytes for the program that has the port open; the oldest go if it never reads.
+    fn keep(&mut self, bytes: &[u8]) {
+        self.incoming.extend_from_slice(bytes);
+        let excess = self.incoming.len().saturating_sub(ROOM);
+        self.incoming.drain(..excess);
     }
 }

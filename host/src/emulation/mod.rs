@@ -96,9 +96,7 @@ impl Emulation {
         for (operation, fault) in emulation.schedule.at_flash_operations() {
             // In the middle of the operation, which no slice's end would meet.
             if fault == Fault::PowerCut {
-                emulation
-                    .machine
-                    .cut_power_at(u64::from(operation), seed);
+                emulation.machine.cut_power_at(u64::from(operation), seed);
             }
         }
         emulation.sense();
@@ -165,7 +163,11 @@ impl Emulation {
                 incident.kind
             )
         });
-        format!("its core is at {:#010x}, {:?}; {incident}", core.pc(), core.activity())
+        format!(
+            "its core is at {:#010x}, {:?}; {incident}",
+            core.pc(),
+            core.activity()
+        )
     }
 
     // The port.

@@ -26,7 +26,7 @@ impl Noise {
     }
 
     fn below(&mut self, limit: u32) -> u32 {
-        (u64::from(self.rng.next_u32()) * u64::from(limit) >> 32) as u32
+        ((u64::from(self.rng.next_u32()) * u64::from(limit)) >> 32) as u32
     }
 
     /// Random bytes, as many as come at once, zeros (which end frames) among them.

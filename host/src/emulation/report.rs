@@ -103,7 +103,12 @@ impl fmt::Display for EmulationReport {
         };
         span("a perception", &self.perception)?;
         span("all computing of an action", &self.action_cycle)?;
-        writeln!(f, "{:<28} {:.1} %", "load of the core", 100.0 * self.cpu_load)?;
+        writeln!(
+            f,
+            "{:<28} {:.1} %",
+            "load of the core",
+            100.0 * self.cpu_load
+        )?;
         if let Some((most, size)) = self.stack_high_water_bytes.zip(self.stack_bytes) {
             writeln!(f, "{:<28} {most} of {size} bytes", "stack, at most")?;
         }

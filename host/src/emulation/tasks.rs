@@ -16,8 +16,9 @@ const DETOURS: usize = 0x1d_0000;
 const DETOUR: usize = 0x100;
 /// Where the flash is.
 const FLASH: u32 = 0x1000_0000;
-/// Words at the beginning of a task's storage among which `poll_fn` is.
-const HEADER_WORDS: usize = 8;
+/// Words at the beginning of a task's storage among which `poll_fn` is (the tenth, in embassy-executor
+/// 0.10 on a Cortex-M0+).
+const HEADER_WORDS: usize = 16;
 
 /// How long each turn of an overrunning control loop takes, beside what it takes anyway: more than
 /// its period of 20 ms.
@@ -78,11 +79,6 @@ impl Tasks {
                 .map(|symbol| symbol.address)
                 .collect(),
         }
-    }
-
-    /// Whether a program's tasks can be found.
-    pub fn known(&self) -> bool {
-        self.tasks.len() == NAMES.len() && !self.polls.is_empty()
     }
 
     /// A task does not come back from its next turn, or does again.
@@ -162,20 +158,18 @@ const NOP: u16 = 0xbf00;
 /// The detour: waits, and goes on to the task with all registers but R12 as they were.
 fn instructions(wait: Wait, poll: u32) -> Vec<u8> {
     let (branch, rounds) = match wait {
-        Wait::ForEver => (0xe7fe, 1), // B .
+        Wait::ForEver => (0xe7fe, 1),                             // B .
         Wait::Overrun => (0xd1fd, OVERRUN_CYCLES / ROUND_CYCLES), // BNE to the SUBS
     };
     let code: [u16; 10] = [
         0xb403, // PUSH {R0, R1}
         0x4904, // LDR R1, [PC, #16]: the rounds
         0x3901, // SUBS R1, #1
-        branch,
-        0x4903, // LDR R1, [PC, #12]: the task
+        branch, 0x4903, // LDR R1, [PC, #12]: the task
         0x468c, // MOV R12, R1
         0xbc03, // POP {R0, R1}
         0x4760, // BX R12
-        NOP,
-        NOP,
+        NOP, NOP,
     ];
     let mut bytes: Vec<u8> = code.iter().flat_map(|op| op.to_le_bytes()).collect();
     bytes.extend(rounds.to_le_bytes());

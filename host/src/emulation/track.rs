@@ -31,7 +31,10 @@ impl Track {
         let after = self.0.partition_point(|(time, _)| *time < board_time);
         let near = after.checked_sub(1).unwrap_or(after);
         let known = self.0.front()?.0 <= board_time && self.0.len() > after;
-        known.then(|| self.0.get(near)).flatten().map(|(_, pose)| *pose)
+        known
+            .then(|| self.0.get(near))
+            .flatten()
+            .map(|(_, pose)| *pose)
     }
 }
 
