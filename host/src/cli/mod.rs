@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and explanations to stderr. Exit status: 0 done, 1 failed,
 //! 2 wrong usage.
 
+mod figures;
 mod learn;
 mod perceive;
 mod replay;
@@ -32,6 +33,8 @@ enum Command {
     Perceive(perceive::Arguments),
     /// Run logged samples through the core once more
     Replay(replay::Arguments),
+    /// Draw the paper's figures from logs, and a report with all of them
+    Figures(figures::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
 }
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
         Command::Test(arguments) => test::run(&arguments),
         Command::Perceive(arguments) => perceive::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Figures(arguments) => figures::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
     };
     match done {
