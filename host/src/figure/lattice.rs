@@ -19,6 +19,9 @@ const MOST: usize = 4;
 /// Snapshots between the initial state and the pattern, as shares of the settling time.
 const SHARES: [f64; 4] = [0.08, 0.2, 0.4, 0.7];
 
+/// Points of a time course.
+const MOST_POINTS: usize = 90;
+
 /// States of layer 1 over the network's own time.
 type States = Vec<(f64, [f64; 16])>;
 
@@ -54,7 +57,7 @@ pub(super) fn described(growths: &[Growth]) -> String {
     let each = growths.iter().map(|growth| {
         let corners = growth.corners.map(|corner| number(corner, 2)).join(", ");
         format!(
-            "from the corners {corners} (F, L, R, T) grows code {} in {} time units",
+            "From the corners {corners} (F, L, R, T) grows code {} in {} time units",
             growth.used.code,
             number(growth.settle_time, 1)
         )
@@ -116,7 +119,7 @@ const SIDE: f64 = 72.0;
 const PITCH: f64 = 84.0;
 const ROW: f64 = 148.0;
 /// Left edge of the time courses.
-const COURSE: f64 = 734.0;
+const COURSE: f64 = 690.0;
 
 /// Draws the growth of some percepts, one a row.
 pub(super) fn draw(growths: &[Growth], palette: &Palette, heading: &Heading) -> String {
@@ -147,7 +150,10 @@ fn titles(y: f64) -> Group {
     let bold = |x: f64, name: &str| text([x, y], 13.0, name).set("font-weight", "bold");
     titles.append(bold(LEFT, "Layer 1 at time t"));
     titles.append(bold(LEFT + 5.0 * PITCH + 26.0, "Pattern and turn"));
-    titles.append(bold(COURSE, "All cells of layer 1"));
+    titles.append(bold(
+        COURSE + 24.0,
+        "State x of all 16 cells of layer 1 (cut off at \u{b1}2)",
+    ));
     titles
 }
 
@@ -251,10 +257,12 @@ fn course(growth: &Growth, top: f64) -> Group {
         drawing.append(line([area.left, y], [area.right(), y], FAINT_INK, 0.8));
     }
     let last = growth.states.last().map(|(_, cells)| *cells);
+    // More points than pixels would only swell the file.
+    let every = growth.states.len().div_ceil(MOST_POINTS).max(1);
     for cell in 0..16 {
-        let points = growth
-            .states
-            .iter()
+        let thinned = growth.states.iter().step_by(every);
+        let points = thinned
+            .chain(growth.states.last())
             .map(|(time, cells)| [x.at(*time), y.at(cells[cell].clamp(-2.0, 2.0))]);
         let up = last.is_some_and(|cells| cells[cell] > 0.0);
         let curve = Outline::through(points).stroked(if up { INK } else { FAINT_INK }, 1.1);
@@ -274,20 +282,20 @@ fn legend(y: f64) -> Group {
     for i in 0..9 {
         let value = -1.0 + 0.25 * f64::from(i);
         let area = Area {
-            left: LEFT + 150.0 + 14.0 * f64::from(i),
+            left: LEFT + 136.0 + 14.0 * f64::from(i),
             top: y - 7.0,
             width: 14.0,
             height: 14.0,
         };
         legend.append(rectangle(area, &shade(value)).set("stroke", GRID));
     }
-    let low = text([LEFT + 144.0, y + 4.0], TEXT_SIZE, "\u{2264} \u{2212}1");
+    let low = text([LEFT + 130.0, y + 4.0], TEXT_SIZE, "\u{2264} \u{2212}1");
     legend.append(low.set("text-anchor", "end"));
-    legend.append(text([LEFT + 284.0, y + 4.0], TEXT_SIZE, "\u{2265} 1"));
+    legend.append(text([LEFT + 270.0, y + 4.0], TEXT_SIZE, "\u{2265} 1"));
     let curves = [
-        (COURSE - 170.0, INK, "none", "cell that ends above 1"),
+        (COURSE - 40.0, INK, "none", "cell that ends above 1"),
         (
-            COURSE + 60.0,
+            COURSE + 160.0,
             FAINT_INK,
             "3 2",
             "cell that ends below \u{2212}1",

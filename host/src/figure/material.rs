@@ -107,7 +107,7 @@ impl Material {
             },
             setting: Setting {
                 state: "trained",
-                unit: "test arena",
+                unit: "arena",
                 follow_direction: plan.follow_direction,
             },
             lessons: Lessons::of(&session.knowledge),
@@ -334,6 +334,7 @@ impl Material {
     fn trajectories(&self, scenes: &[Scene], palette: &Palette) -> Figure {
         let untrained = self.first.as_ref().map(|drive| Scene {
             title: "First trial, nothing learned yet".into(),
+            place: "trial 1".into(),
             drive: self.setting.shown(drive),
         });
         let compared = untrained.is_some();
@@ -405,7 +406,7 @@ impl Material {
     fn sequence(&self, scene: &Scene, palette: &Palette) -> Figure {
         let heading = Heading {
             title: "The sequence of patterns along a drive".into(),
-            subtitle: format!("{}. {}", self.about.source, scene.title),
+            subtitle: format!("{}. {} ({})", self.about.source, scene.title, scene.place),
             description: sequence::described(&scene.drive, palette),
         };
         Figure {

@@ -16,7 +16,7 @@ use super::staircases::{amplitudes, borders, extent, outlines, short_name, zero}
 use crate::experiment::History;
 
 /// Shares of all changes after which the staircase is shown.
-const STAGES: [f64; 4] = [0.02, 0.1, 0.4, 1.0];
+const STAGES: [f64; 4] = [0.005, 0.02, 0.1, 1.0];
 /// How the stages are drawn: ink, width, dashes.
 const STYLES: [(&str, f64, &str); 4] = [
     ("#999999", 1.4, "1 2"),
@@ -117,7 +117,7 @@ impl Lesson {
     fn growth(&self, area: Area) -> Group {
         let staircases: Vec<_> = self.stages.iter().map(|(_, n)| amplitudes(n)).collect();
         let (mut drawing, [x, y]) = frame(area, &staircases);
-        let name = format!("(a) {}, as it grew", short_name(self.stimulus));
+        let name = format!("(a) Neuron for {}: as it grew", short_name(self.stimulus));
         drawing.append(text([area.left, area.top - 26.0], 13.0, name).set("font-weight", "bold"));
         drawing.append(zero([area.left, y.at(0.0)], [area.right(), y.at(0.0)]));
         let styles = &STYLES[STYLES.len() - staircases.len()..];

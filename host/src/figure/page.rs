@@ -180,8 +180,25 @@ fn inlined(figure: &Figure) -> String {
         &format!("<svg aria-labelledby=\"{id}-title {id}-description\" "),
         1,
     );
+    let svg = without_title(&svg).unwrap_or(svg);
     let svg = svg.replacen("<title>", &format!("<title id=\"{id}-title\">"), 1);
     svg.replacen("<desc>", &format!("<desc id=\"{id}-description\">"), 1)
+}
+
+/// The drawing without the line that holds its title, which the page has above it.
+fn without_title(svg: &str) -> Option<String> {
+    const TITLE: f64 = 32.0;
+    let (_, rest) = svg.split_once(" viewBox=\"0 0 ")?;
+    let (size, _) = rest.split_once('"')?;
+    let (width, height) = size.split_once(' ')?;
+    let shorter = height.parse::<f64>().ok()? - TITLE;
+    let svg = svg.replacen(
+        &format!(" viewBox=\"0 0 {size}\""),
+        &format!(" viewBox=\"0 {TITLE} {width} {shorter}\""),
+        1,
+    );
+    let tall = format!(" height=\"{height}\"");
+    Some(svg.replacen(&tall, &format!(" height=\"{shorter}\""), 1))
 }
 
 /// Text as HTML and XML write it.

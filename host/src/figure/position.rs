@@ -16,7 +16,7 @@ use super::shape::{
     number, pattern, rectangle, sheet, text,
 };
 use super::staircases::{amplitudes, borders, extent, outlines, physical_axis, short_name, zero};
-use super::trajectories::mark_legend;
+use super::trajectories::{mark_legend, pattern_legend};
 use super::view::View;
 use crate::experiment::Event;
 
@@ -114,8 +114,9 @@ pub(super) fn draw(closeup: &Closeup, palette: &Palette, heading: &Heading) -> S
     parts.push(way(closeup, &view, palette));
 
     let top = view.area.bottom() + 62.0;
-    parts.push(mark_legend([60.0, top], &[drive]));
-    let top = top + 36.0;
+    parts.push(pattern_legend(60.0, top - 6.0, palette));
+    parts.push(mark_legend([60.0, top + 70.0], &[drive]));
+    let top = top + 110.0;
     let title = text([20.0, top], 13.0, "(b) Activated steps at A (bold)");
     parts.push(group("heading").add(title.set("font-weight", "bold")));
     let mut bottom = top;

@@ -17,7 +17,22 @@ const MOST: usize = 5;
 #[derive(Clone, Debug)]
 pub(super) struct Scene {
     pub title: String,
+    /// Which drive it is: "arena 4".
+    pub place: String,
     pub drive: Drive,
+}
+
+impl Scene {
+    /// Which drive it is, and how it went.
+    pub fn outcome(&self) -> String {
+        format!("{}: {}", self.place, outcome(&self.drive))
+    }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|first| first.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
 }
 
 /// What the drives have in common, for titles.
@@ -25,7 +40,7 @@ pub(super) struct Scene {
 pub(super) struct Setting {
     /// How far learning was: "Trained", "Late in learning"; nothing if that is not known.
     pub state: &'static str,
-    /// What a drive is called: "test arena", "trial".
+    /// What a drive is called: "arena", "trial".
     pub unit: &'static str,
     /// Whether directions are followed.
     pub follow_direction: bool,
@@ -34,23 +49,17 @@ pub(super) struct Setting {
 impl Setting {
     /// A scene of a drive.
     pub fn scene(&self, situation: &str, drive: Drive) -> Scene {
-        let what = [self.state, situation].map(str::to_owned);
-        let what: Vec<String> = what.into_iter().filter(|part| !part.is_empty()).collect();
-        let mut what = what.join(", ");
-        if let Some(first) = what.get(..1).map(str::to_uppercase) {
-            what.replace_range(..1, &first);
-        }
-        let numbered = format!("{} {}", self.unit, drive.number);
-        let title = if what.is_empty() {
-            let mut title = numbered;
-            if let Some(first) = title.get(..1).map(str::to_uppercase) {
-                title.replace_range(..1, &first);
-            }
-            title
-        } else {
-            format!("{what} ({numbered})")
+        let parts = [self.state, situation];
+        let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        let title = match parts.as_slice() {
+            [] => capitalised(self.unit),
+            parts => capitalised(&parts.join(", ")),
         };
-        Scene { title, drive }
+        Scene {
+            title,
+            place: format!("{} {}", self.unit, drive.number),
+            drive,
+        }
     }
 
     /// Of a drive, what is shown.
@@ -113,13 +122,13 @@ impl Setting {
         let mut scenes = Vec::new();
         let mut last = None;
         if left.len() > 1 {
-            let met = |drive: &Drive| encounters(&self.shown(drive));
+            let met = |drive: &Drive| meetings(&self.shown(drive));
             // Of equals the first.
             let fullest = (0..left.len()).rev().max_by_key(|i| met(left[*i]));
-            last = fullest.map(|i| self.scene("most in sight", self.shown(left.remove(i))));
-            let stretches: [(&str, fn(&Drive) -> Option<Range<usize>>); 2] = [
-                ("a new direction, then something at the side", new_direction),
-                ("an obstacle in front", obstacle_in_front),
+            last = fullest.map(|i| self.scene("most encounters", self.shown(left.remove(i))));
+            let stretches: [(&str, FindStretch); 2] = [
+                ("a new direction", new_direction),
+                ("obstacle in front", obstacle_in_front),
             ];
             for (title, find) in stretches {
                 let found = (0..left.len()).find_map(|i| Some((i, find(left[i])?)));
@@ -136,6 +145,9 @@ impl Setting {
         scenes
     }
 }
+
+/// Finds the actions of a drive in which a situation occurs.
+type FindStretch = fn(&Drive) -> Option<Range<usize>>;
 
 /// A situation of the paper's tests (III-C).
 struct Situation {
@@ -182,6 +194,15 @@ fn seen(drive: &Drive, sides: &[Side]) -> usize {
 /// Actions before which any sensor saw something.
 fn encounters(drive: &Drive) -> usize {
     seen(drive, &ALL_SIDES)
+}
+
+/// How often something came into sight of a sensor that saw nothing before. A robot that is stuck
+/// has few.
+fn meetings(drive: &Drive) -> usize {
+    let saw = |i: usize, side| drive.saw(&drive.events[i], side);
+    let comes = |(i, side): &(usize, Side)| saw(*i, *side) && !saw(*i - 1, *side);
+    let all = (1..drive.events.len()).flat_map(|i| ALL_SIDES.map(|side| (i, side)));
+    all.filter(comes).count()
 }
 
 /// Whether nothing is in sight at the start, but something will be in the way that is not a wall.

@@ -13,8 +13,9 @@ use super::shape::{
     pattern, rectangle, sheet, text,
 };
 use super::trajectories::mark_legend;
-use super::view::View;
+use super::view::{View, pattern_mark};
 use crate::arena::{Side, Vector, radians};
+use crate::experiment::Event;
 
 const SHEET_WIDTH: f64 = 1000.0;
 /// Where action 0 is drawn; left of it, pattern, code and turn.
@@ -69,7 +70,11 @@ pub(super) fn draw(scene: &Scene, palette: &Palette, heading: &Heading) -> Strin
     parts.push(sequence(drive, area, &x, &rows, others, palette));
     let ticks = axes::ticks([0.0, actions], 10);
     parts.push(axes::below(area, &x, &ticks, "action (number)"));
-    parts.push(legend(area.bottom() + 62.0, palette));
+    parts.push(legend(
+        area.bottom() + 62.0,
+        palette,
+        changes(drive).next().is_some(),
+    ));
     parts.push(mark_legend([20.0, area.bottom() + 84.0], &[drive]));
     sheet([SHEET_WIDTH, area.bottom() + 106.0], heading, parts)
 }
@@ -252,8 +257,12 @@ fn sequence(
         let colour = palette.colour(Some(*code));
         drawing.append(pattern([24.0, middle(row) - 9.0], 18.0, *code, colour));
         drawing.append(text([50.0, middle(row) + 4.0], TEXT_SIZE, code.to_string()));
+        let rank = palette.rank(Some(*code));
+        if let Some(mark) = rank.and_then(|rank| pattern_mark([100.0, middle(row)], rank)) {
+            drawing.append(mark);
+        }
         let times = text(
-            [128.0, middle(row) + 4.0],
+            [140.0, middle(row) + 4.0],
             TEXT_SIZE,
             format!("{count}\u{d7}"),
         );
@@ -277,6 +286,11 @@ fn sequence(
         .zip(drive.codes())
         .map(|(i, code)| code.map(|code| (code, [x.at(f64::from(i) + 0.5), middle(row_of(code))])))
         .collect();
+    for (i, _) in changes(drive) {
+        let x = x.at(i as f64);
+        let change = line([x, area.top], [x, area.bottom()], INK, 0.9);
+        drawing.append(change.set("stroke-dasharray", CHANGE));
+    }
     let joined = Outline::through(places.iter().flatten().map(|(_, place)| *place));
     if !joined.is_empty() {
         drawing.append(joined.stroked("#bdbdbd", 0.7));
@@ -296,7 +310,16 @@ fn sequence(
     drawing
 }
 
-fn legend(y: f64, palette: &Palette) -> Group {
+/// Dashes of the line at which the direction changes.
+const CHANGE: &str = "4 3";
+
+/// The actions before which the direction to follow changed.
+fn changes(drive: &Drive) -> impl Iterator<Item = (usize, &Event)> {
+    let events = drive.events.iter().enumerate();
+    events.filter(|(i, event)| *i > 0 && event.interrupted)
+}
+
+fn legend(y: f64, palette: &Palette, with_changes: bool) -> Group {
     let mut legend = group("legend");
     let mut x = 20.0;
     for (_, colour) in palette.coloured() {
@@ -320,6 +343,11 @@ fn legend(y: f64, palette: &Palette) -> Group {
         SEEN,
     ));
     legend.append(text([x + 518.0, y], TEXT_SIZE, "something in range").set("fill", INK));
+    if with_changes {
+        let change = line([x + 660.0, y - 12.0], [x + 660.0, y + 3.0], INK, 0.9);
+        legend.append(change.set("stroke-dasharray", CHANGE));
+        legend.append(text([x + 670.0, y], TEXT_SIZE, "new direction to follow"));
+    }
     legend
 }
 

@@ -6,7 +6,7 @@ use svg::node::element::Group;
 
 use super::drive::Drive;
 use super::palette::{OTHERS, Palette, width};
-use super::scenes::{Scene, outcome};
+use super::scenes::Scene;
 use super::shape::{
     Area, FAINT_INK, HEADER, Heading, Outline, TEXT_SIZE, group, pattern, sheet, text,
 };
@@ -73,7 +73,7 @@ pub(super) fn draw(scenes: &[Scene], palette: &Palette, heading: &Heading) -> St
 pub(super) fn described(scenes: &[Scene]) -> String {
     let lettered = scenes.iter().enumerate().map(|(i, scene)| {
         let letter = char::from(b'a' + i.min(25) as u8);
-        format!("({letter}) {}: {}", scene.title, outcome(&scene.drive))
+        format!("({letter}) {}: {}", scene.title, scene.outcome())
     });
     lettered.collect::<Vec<_>>().join("; ") + "."
 }
@@ -85,7 +85,7 @@ fn panel(scene: &Scene, number: usize, view: &View, palette: &Palette, labels: [
     let mut panel = group("panel");
     let heading = format!("({letter}) {}", scene.title);
     panel.append(text([left, top - 22.0], 13.0, heading).set("font-weight", "bold"));
-    let below = text([left, top - 7.0], TEXT_SIZE, outcome(&scene.drive));
+    let below = text([left, top - 7.0], TEXT_SIZE, scene.outcome());
     panel.append(below.set("fill", FAINT_INK));
     panel.append(view.arena(&scene.drive));
     panel.append(view.path(&scene.drive, palette));
@@ -148,7 +148,7 @@ pub(super) fn mark_legend([left, y]: [f64; 2], drives: &[&Drive]) -> Group {
 }
 
 /// The coloured patterns, each with its drawing, code and turn.
-fn pattern_legend(left: f64, top: f64, palette: &Palette) -> Group {
+pub(super) fn pattern_legend(left: f64, top: f64, palette: &Palette) -> Group {
     let mut legend = group("legend");
     let heading =
         "Colour, width and mark of a move: the pattern that chose it, its code and its turn";

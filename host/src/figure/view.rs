@@ -17,6 +17,9 @@ const OBSTACLE_EDGE: &str = "#6e6e6e";
 pub(super) const TARGET: &str = "#fff3b0";
 /// Actions from one heading mark to the next.
 pub(super) const MARK_EVERY: usize = 10;
+/// Pixels between marks of one pattern, which may come and go at every action, and of two.
+const SAME_APART: f64 = 40.0;
+const OTHERS_APART: f64 = 9.0;
 /// Cells of a map are drawn as blocks, of which at most this many lie side by side.
 const MOST_BLOCKS: usize = 160;
 
@@ -245,23 +248,38 @@ impl View {
         positions: &[[f64; 2]],
     ) -> Vec<svg::node::element::Path> {
         let mut marks = Vec::new();
-        let mut placed: Vec<[f64; 2]> = Vec::new();
+        let mut placed: Vec<(Option<usize>, [f64; 2])> = Vec::new();
         let mut before = None;
         for (code, at) in drive.codes().zip(positions) {
             let rank = palette.rank(code);
-            let clear = placed
-                .iter()
-                .all(|[x, y]| (at[0] - x).abs().max((at[1] - y).abs()) > 9.0);
+            let clear = placed.iter().all(|(other, [x, y])| {
+                let apart = (at[0] - x).abs().max((at[1] - y).abs());
+                apart
+                    > if *other == rank {
+                        SAME_APART
+                    } else {
+                        OTHERS_APART
+                    }
+            });
             if rank != before
                 && clear
                 && let Some(mark) = rank.and_then(|r| pattern_mark(*at, r))
             {
-                placed.push(*at);
+                placed.push((rank, *at));
                 marks.push(mark);
             }
             before = rank;
         }
         marks
+    }
+
+    /// Where an arrow begins so that its tip stays inside the arena.
+    fn inside(&self, from: [f64; 2], direction: Microdegrees) -> [f64; 2] {
+        let tip = away(from, direction, ARROW);
+        let Area { left, top, .. } = self.area;
+        let shift_x = tip[0].clamp(left + 3.0, self.area.right() - 3.0) - tip[0];
+        let shift_y = tip[1].clamp(top + 3.0, self.area.bottom() - 3.0) - tip[1];
+        [from[0] + shift_x, from[1] + shift_y]
     }
 
     /// Headings along the way, blocked moves, changes of the direction to follow, and the start.
@@ -272,8 +290,9 @@ impl View {
             if let TaskKind::FollowDirection { direction_udeg } = event.task
                 && direction.replace(direction_udeg) != Some(direction_udeg)
             {
+                let from = self.at(event.pose.position());
                 marks.append(direction_mark(
-                    self.at(event.pose.position()),
+                    self.inside(from, direction_udeg),
                     direction_udeg,
                 ));
             }
@@ -377,9 +396,12 @@ pub(super) fn blocked_mark([x, y]: [f64; 2]) -> svg::node::element::Path {
     outline.stroked(INK, 1.4)
 }
 
+/// Length of the arrow to a direction.
+const ARROW: f64 = 18.0;
+
 /// An arrow from where the direction to follow changed.
 pub(super) fn direction_mark(from: [f64; 2], direction: Microdegrees) -> Group {
-    let tip = away(from, direction, 18.0);
+    let tip = away(from, direction, ARROW);
     let barb = |by: i32| away(tip, direction.turned(Microdegrees::from_degrees(by)), 5.0);
     let mut mark = group("direction");
     mark.append(line(from, tip, INK, 1.2));
