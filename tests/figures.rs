@@ -10,10 +10,11 @@ use rover_host::figure::{Drive, Figure, Figures, first_trial, of_sessions, test_
 use rover_shared::parameters::{Coefficients, Parameters};
 use roxmltree::{Document, Node};
 
-const NAMES: [&str; 8] = [
+const NAMES: [&str; 9] = [
     "lattice.svg",
     "learning.svg",
     "neuron.svg",
+    "overview.svg",
     "patterns.svg",
     "position.svg",
     "sequence.svg",

@@ -2,6 +2,7 @@
 
 use rover_shared::perception::{Corners, Lattice, Noise, PatternCode, SettleTime};
 use rover_shared::sensing::Percept;
+use rover_shared::sensing::neuron::STEPS;
 use svg::Node as _;
 use svg::node::element::Group;
 
@@ -53,8 +54,8 @@ pub(super) fn chosen(drives: &[Drive], palette: &Palette, lattice: &Lattice) -> 
 }
 
 /// The growths in words.
-pub(super) fn described(growths: &[Growth]) -> String {
-    let each = growths.iter().map(|growth| {
+pub(super) fn described<'a>(growths: impl IntoIterator<Item = &'a Growth>) -> String {
+    let each = growths.into_iter().map(|growth| {
         let corners = growth.corners.map(|corner| number(corner, 2)).join(", ");
         format!(
             "From the corners {corners} (F, L, R, T) grows code {} in {} time units",
@@ -105,6 +106,12 @@ impl Growth {
         })
     }
 
+    /// Whether there was something in the range of the front sensor.
+    pub fn sees_ahead(&self) -> bool {
+        let [front, ..] = self.percept.steps();
+        front.index() < STEPS - 1
+    }
+
     /// The state nearest to a time.
     fn at(&self, time: f64) -> &(f64, [f64; 16]) {
         let far = |state: &(f64, [f64; 16])| (state.0 - time).abs();
@@ -117,7 +124,7 @@ const SHEET_WIDTH: f64 = 1040.0;
 const LEFT: f64 = 24.0;
 const SIDE: f64 = 72.0;
 const PITCH: f64 = 84.0;
-const ROW: f64 = 148.0;
+pub(super) const ROW: f64 = 148.0;
 /// Left edge of the time courses.
 const COURSE: f64 = 690.0;
 
@@ -157,7 +164,8 @@ fn titles(y: f64) -> Group {
     titles
 }
 
-fn row(growth: &Growth, top: f64, palette: &Palette) -> Group {
+/// One growth: its states, the pattern, and the time courses.
+pub(super) fn row(growth: &Growth, top: f64, palette: &Palette) -> Group {
     let mut row = group("panel");
     let times = std::iter::once(0.0).chain(SHARES.map(|share| share * growth.settle_time));
     for (i, time) in times.enumerate() {

@@ -4,6 +4,7 @@ use rover_shared::parameters::Coefficients;
 use rover_shared::sensing::neuron::SensingNeuron;
 
 use super::drive::{Drive, first_trial, test_drives};
+use super::lattice::Growth;
 use super::lessons::Lessons;
 use super::page::{self, Fact};
 use super::palette::Palette;
@@ -11,8 +12,8 @@ use super::recording::Recording;
 use super::scenes::{Scene, Setting};
 use super::shape::Heading;
 use super::{
-    Figure, Figures, Moment, NoSuchMoment, lattice, learning, neuron, patterns, position, sequence,
-    staircases, trajectories,
+    Figure, Figures, Moment, NoSuchMoment, lattice, learning, neuron, overview, patterns, position,
+    sequence, staircases, trajectories,
 };
 use crate::arena::Side;
 use crate::experiment::{Exam, History, LearnedSession, SessionPlan, Trial};
@@ -36,6 +37,8 @@ pub(super) struct Material {
     frozen: bool,
     /// The first trial, from nothing.
     first: Option<Drive>,
+    /// Whether nothing was known before the first trial.
+    from_nothing: bool,
     /// The drives from which scenes are chosen.
     drives: Vec<Drive>,
     /// All drives in which a moment can be asked for.
@@ -114,13 +117,14 @@ impl Material {
             history: session.history.clone(),
             frozen: true,
             first: first_trial(&bounded, coefficients),
+            from_nothing: true,
             facts: page::facts(
                 &sessions
                     .iter()
                     .map(|s| s.trials.as_slice())
                     .collect::<Vec<_>>(),
                 &drives.iter().map(|d| d.trial.clone()).collect::<Vec<_>>(),
-                "test drives shown here",
+                &counted(drives.len(), "test drive"),
                 session.knowledge.patterns.elements().len(),
                 plan.follow_direction,
             ),
@@ -163,7 +167,10 @@ impl Material {
         };
         let sessions: Vec<Vec<Trial>> = recordings.iter().map(|(_, r)| trials(r)).collect();
         let shown: Vec<Trial> = drives.iter().map(|d| d.trial.clone()).collect();
-        let which = if learning { "last trials" } else { "trials" };
+        let which = match (learning, drives.len()) {
+            (true, n) => format!("last {}", counted(n, "trial")),
+            (false, n) => format!("all {}", counted(n, "trial")),
+        };
         Some(Self {
             coefficients: recording.coefficients.clone(),
             about: About {
@@ -184,10 +191,11 @@ impl Material {
             history: recording.history.clone(),
             frozen: !recording.learning,
             first: learning.then(|| recording.drives[0].clone()),
+            from_nothing: recording.from_nothing,
             facts: page::facts(
                 &sessions.iter().map(Vec::as_slice).collect::<Vec<_>>(),
                 &shown,
-                which,
+                &which,
                 recording.lessons.patterns(),
                 follow_direction,
             ),
@@ -262,8 +270,10 @@ impl Material {
     pub fn draw(&self, place: &Place) -> Figures {
         let palette = Palette::new(&self.drives, &self.lessons);
         let scenes = self.setting.scenes(&self.drives);
+        let growths = lattice::chosen(&self.drives, &palette, &self.coefficients.lattice);
         let mut figures = vec![
-            self.lattice(&palette),
+            self.overview(&scenes, &growths, &palette),
+            self.lattice(&growths, &palette),
             self.neuron(),
             self.staircases(),
             self.trajectories(&scenes, &palette),
@@ -276,12 +286,49 @@ impl Material {
         Figures { figures, report }
     }
 
-    fn lattice(&self, palette: &Palette) -> Figure {
-        let growths = lattice::chosen(&self.drives, palette, &self.coefficients.lattice);
+    /// The first trial as a scene, if there is one worth comparing.
+    fn untrained(&self) -> Option<Scene> {
+        let drive = self.first.as_ref()?;
+        Some(Scene {
+            title: if self.from_nothing {
+                "First trial, nothing learned yet".into()
+            } else {
+                "First trial".into()
+            },
+            place: "trial 1".into(),
+            drive: self.setting.shown(drive),
+        })
+    }
+
+    fn overview(&self, scenes: &[Scene], growths: &[Growth], palette: &Palette) -> Figure {
+        let untrained = self.untrained();
+        let shown: Vec<&Scene> = untrained.iter().chain(scenes.last()).collect();
+        let heading = Heading {
+            title: "What the robot does, and what it perceives by".into(),
+            subtitle: self.about.source.clone(),
+            description: format!(
+                "{} {}",
+                trajectories::described(&shown),
+                lattice::described(overview::chosen(growths))
+            ),
+        };
+        Figure {
+            name: "overview.svg",
+            paper: "",
+            caption:
+                "Above, a drive at the start of learning and one after it; every move has the \
+                colour of the pattern that chose it. Below, how two of these patterns grow from \
+                what was sensed."
+                    .into(),
+            svg: overview::draw(&shown, &overview::chosen(growths), palette, &heading),
+        }
+    }
+
+    fn lattice(&self, growths: &[Growth], palette: &Palette) -> Figure {
         let heading = Heading {
             title: "How patterns grow in the network".into(),
             subtitle: format!("{}; percepts of {}", self.about.source, self.about.drives),
-            description: lattice::described(&growths),
+            description: lattice::described(growths),
         };
         Figure {
             name: "lattice.svg",
@@ -291,7 +338,7 @@ impl Material {
                 by the fixed-point network that drives the robot; layer 2 starts at 0 here, where \
                 the robot adds noise of \u{b1}0.005. On the right, all 16 cells over time."
                 .into(),
-            svg: lattice::draw(&growths, palette, &heading),
+            svg: lattice::draw(growths, palette, &heading),
         }
     }
 
@@ -332,16 +379,9 @@ impl Material {
     }
 
     fn trajectories(&self, scenes: &[Scene], palette: &Palette) -> Figure {
-        let untrained = self.first.as_ref().map(|drive| Scene {
-            title: "First trial, nothing learned yet".into(),
-            place: "trial 1".into(),
-            drive: self.setting.shown(drive),
-        });
+        let untrained = self.untrained();
         let compared = untrained.is_some();
-        let scenes: Vec<Scene> = untrained
-            .into_iter()
-            .chain(scenes.iter().cloned())
-            .collect();
+        let scenes: Vec<&Scene> = untrained.iter().chain(scenes).collect();
         let heading = Heading {
             title: if compared {
                 "Trajectories before and after learning".into()

@@ -5,6 +5,7 @@
 //!
 //! | file | figure of the paper | shows |
 //! |---|---|---|
+//! | `overview.svg` | | all of it in one picture |
 //! | `lattice.svg` | (2b) | how patterns grow in the network |
 //! | `neuron.svg` | 3 | how one sensing neuron learns |
 //! | `staircases.svg` | 4 | the learned functions of the sensing neurons |
@@ -33,6 +34,7 @@ mod learning;
 mod lessons;
 mod material;
 mod neuron;
+mod overview;
 mod page;
 mod palette;
 mod patterns;

@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use super::Figure;
-use super::material::counted;
 use super::shape::number;
 use crate::experiment::{Estimate, ExamResult, Trial};
 
@@ -46,7 +45,6 @@ pub(super) fn facts(
         );
     }
     let result = ExamResult::new(shown, !follow_direction);
-    let shown = format!("{which} ({})", counted(shown.len(), "trial"));
     let measures: [(&str, Option<Estimate>, usize); 7] = [
         ("target reached", result.reached, 3),
         ("reached without a collision", result.clean, 3),
@@ -66,7 +64,9 @@ pub(super) fn facts(
     ];
     for (name, estimate, decimals) in measures {
         if let Some(e) = estimate {
-            let [value, low, high] = [e.value, e.low, e.high].map(|v| number(v, decimals));
+            // None of these can be negative, though the interval of a mean knows nothing of that.
+            let low = e.low.max(0.0);
+            let [value, low, high] = [e.value, low, e.high].map(|v| number(v, decimals));
             let interval = if e.low.is_finite() {
                 format!(" (95 %: {low} to {high})")
             } else {
@@ -75,7 +75,6 @@ pub(super) fn facts(
             add(format!("{which}: {name}"), format!("{value}{interval}"));
         }
     }
-    add("figures drawn from".into(), shown);
     facts
 }
 
@@ -86,7 +85,7 @@ h1{font-size:1.6rem;line-height:1.2;margin:0 0 .5rem}\
 h2{font-size:1.15rem;margin:2.5rem 0 .5rem}\
 p{max-width:46rem}\
 figure{margin:0;overflow-x:auto}\
-figure svg{display:block;max-width:100%;height:auto;border:1px solid #e3e3e3}\
+figure svg{display:block;max-width:100%;min-width:44rem;height:auto;border:1px solid #e3e3e3}\
 figcaption{max-width:46rem;margin-top:.5rem;color:#444}\
 nav ul{padding-left:1.2rem;margin:.5rem 0}\
 table{border-collapse:collapse;margin:1rem 0}\
@@ -95,7 +94,7 @@ font-weight:normal;vertical-align:top}\
 td{font-variant-numeric:tabular-nums}\
 a{color:#0072b2}\
 footer{margin-top:3rem;color:#595959;font-size:.9rem}\
-@media print{nav{display:none}section{break-inside:avoid}body{max-width:none;padding:0}}";
+@media print{nav{display:none}section{break-inside:avoid}body{max-width:none;padding:0}figure svg{min-width:0}}";
 
 /// The page.
 pub(super) fn page(about: &str, facts: &[Fact], figures: &[Figure]) -> String {

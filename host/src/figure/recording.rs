@@ -27,6 +27,8 @@ pub struct Recording {
     pub learning: bool,
     /// Whether there is more than what can be read.
     pub cut_off: bool,
+    /// Whether nothing was known at its beginning.
+    pub from_nothing: bool,
     /// The parameters in use.
     pub coefficients: Coefficients,
     /// Its trials, in order.
@@ -106,6 +108,7 @@ impl Recording {
             seed: log.origin.seed,
             learning: log.origin.mode == Mode::Learn,
             cut_off: log.cut_off || log.after.is_none(),
+            from_nothing: before.patterns.elements().is_empty(),
             coefficients,
             drives,
             lessons,

@@ -31,7 +31,7 @@ fn is_wide(drive: &Drive) -> bool {
 }
 
 /// Draws scenes side by side, with a legend below.
-pub(super) fn draw(scenes: &[Scene], palette: &Palette, heading: &Heading) -> String {
+pub(super) fn draw(scenes: &[&Scene], palette: &Palette, heading: &Heading) -> String {
     let mut parts = Vec::new();
     // Drives without a target have less to say above their panels.
     let narrow = scenes
@@ -70,7 +70,7 @@ pub(super) fn draw(scenes: &[Scene], palette: &Palette, heading: &Heading) -> St
 }
 
 /// What the scenes show, in words.
-pub(super) fn described(scenes: &[Scene]) -> String {
+pub(super) fn described(scenes: &[&Scene]) -> String {
     let lettered = scenes.iter().enumerate().map(|(i, scene)| {
         let letter = char::from(b'a' + i.min(25) as u8);
         format!("({letter}) {}: {}", scene.title, scene.outcome())
@@ -79,7 +79,13 @@ pub(super) fn described(scenes: &[Scene]) -> String {
 }
 
 /// One scene with its axes.
-fn panel(scene: &Scene, number: usize, view: &View, palette: &Palette, labels: [bool; 2]) -> Group {
+pub(super) fn panel(
+    scene: &Scene,
+    number: usize,
+    view: &View,
+    palette: &Palette,
+    labels: [bool; 2],
+) -> Group {
     let letter = char::from(b'a' + number.min(25) as u8);
     let Area { left, top, .. } = view.area;
     let mut panel = group("panel");
@@ -97,7 +103,7 @@ fn panel(scene: &Scene, number: usize, view: &View, palette: &Palette, labels: [
 }
 
 /// What colours and marks mean.
-fn legend(top: f64, palette: &Palette, scenes: &[Scene]) -> Group {
+fn legend(top: f64, palette: &Palette, scenes: &[&Scene]) -> Group {
     let drives: Vec<&Drive> = scenes.iter().map(|scene| &scene.drive).collect();
     let mut legend = pattern_legend(LEFT, top, palette);
     legend.append(mark_legend([LEFT, top + 74.0], &drives));
