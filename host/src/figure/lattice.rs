@@ -4,7 +4,7 @@ use rover_shared::perception::{Corners, Lattice, Noise, PatternCode, SettleTime}
 use rover_shared::sensing::Percept;
 use rover_shared::sensing::neuron::STEPS;
 use svg::Node as _;
-use svg::node::element::Group;
+use svg::node::element::{Group, Text};
 
 use super::axes::{self, Scale};
 use super::drive::Drive;
@@ -152,15 +152,18 @@ pub(super) fn draw(growths: &[Growth], palette: &Palette, heading: &Heading) -> 
     sheet([SHEET_WIDTH, bottom + 46.0], heading, parts)
 }
 
+/// What stands above the time courses.
+pub(super) fn course_title(y: f64) -> Text {
+    let title = "State x of all 16 cells of layer 1 (cut off at \u{b1}2)";
+    text([COURSE + 24.0, y], 13.0, title).set("font-weight", "bold")
+}
+
 fn titles(y: f64) -> Group {
     let mut titles = group("titles");
     let bold = |x: f64, name: &str| text([x, y], 13.0, name).set("font-weight", "bold");
     titles.append(bold(LEFT, "Layer 1 at time t"));
     titles.append(bold(LEFT + 5.0 * PITCH + 26.0, "Pattern and turn"));
-    titles.append(bold(
-        COURSE + 24.0,
-        "State x of all 16 cells of layer 1 (cut off at \u{b1}2)",
-    ));
+    titles.append(course_title(y));
     titles
 }
 

@@ -15,7 +15,9 @@ const MOST_HEIGHT: f64 = 300.0;
 /// The growths shown: that of the pattern used most, and that of the first with an obstacle ahead.
 pub(super) fn chosen(growths: &[Growth]) -> Vec<&Growth> {
     let first = growths.first();
-    let ahead = growths.iter().skip(1).find(|growth| growth.sees_ahead());
+    let mut others = growths.iter().skip(1);
+    let ahead = others.clone().find(|growth| growth.sees_ahead());
+    let ahead = ahead.or_else(|| others.next());
     first.into_iter().chain(ahead).collect()
 }
 
@@ -45,11 +47,13 @@ pub(super) fn draw(
     parts.push(mark_legend([58.0, legend + 74.0], &drives));
     let top = legend + 116.0;
     let letter = char::from(b'a' + scenes.len() as u8);
-    let title = format!("({letter}) Two percepts: the corners are what is sensed, the rest grows");
+    let title = format!("({letter}) How a percept grows from what is sensed");
     let mut caption = group("heading");
     caption.append(text([24.0, top], 13.0, title).set("font-weight", "bold"));
-    let how = "Grey is the state of a cell from \u{2212}1 (white) to 1 (black); time t is the network's own";
+    let how = "The corners are set by the sensors: front, left; right, target. Grey is the state of a \
+        cell from \u{2212}1 (white) to 1 (black)";
     caption.append(text([24.0, top + 17.0], TEXT_SIZE, how).set("fill", FAINT_INK));
+    caption.append(lattice::course_title(top + 17.0));
     parts.push(caption);
     for (i, growth) in growths.iter().enumerate() {
         parts.push(lattice::row(growth, top + 24.0 + ROW * i as f64, palette));

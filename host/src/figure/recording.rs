@@ -191,7 +191,7 @@ impl Logged<'_> {
 
     /// Where the robot was before each action, and after the last. Where the log does not say, by
     /// dead reckoning: each move is as long as the module, in the direction that the compass shows
-    /// after it.
+    /// after it; moves of which nobody knows whether they were made are left out.
     fn poses(&self, module: Micrometres) -> Vec<Pose> {
         let length = f64::from(module.0) / f64::from(Micrometres::PER_CM);
         let mut poses: Vec<Pose> = Vec::with_capacity(self.steps.len() + 1);
@@ -213,7 +213,7 @@ impl Logged<'_> {
                 (None, None) => turned,
             };
             reckoned = pose.position();
-            if moved(step) == Motion::Moved && step.record.action.module.0 > 0 {
+            if step.motion == Some(Motion::Moved) {
                 let (sin, cos) = libm::sincos(radians(after));
                 reckoned += Vector::new(cos, sin) * length;
             }
@@ -265,7 +265,7 @@ impl Logged<'_> {
     }
 }
 
-/// Where nobody can tell, a move is taken to have been made.
+/// What became of an action. Where nobody can tell, nothing is known to have been in the way.
 fn moved(step: &Step) -> Motion {
     step.motion.unwrap_or(Motion::Moved)
 }
