@@ -50,8 +50,7 @@ pub(super) fn draw(
     let title = format!("({letter}) How a percept grows from what is sensed");
     let mut caption = group("heading");
     caption.append(text([24.0, top], 13.0, title).set("font-weight", "bold"));
-    let how = "The corners are set by the sensors: front, left; right, target. Grey is the state of a \
-        cell from \u{2212}1 (white) to 1 (black)";
+    let how = "Corners: front, left, right and target as sensed. Grey: states from \u{2212}1 (white) to 1";
     caption.append(text([24.0, top + 17.0], TEXT_SIZE, how).set("fill", FAINT_INK));
     caption.append(lattice::course_title(top + 17.0));
     parts.push(caption);
