@@ -21,6 +21,7 @@
 //! | `drive`, `lessons` | drives kept action by action; what was learned |
 //! | `recording` | both, from a log |
 //! | `material` | what the figures of one kind of source are made from |
+//! | `gallery` | all figures of one source, with titles and captions |
 //! | `scenes` | which drives are worth showing |
 //! | `palette` | which pattern has which colour |
 //! | `view` | an arena from above |
@@ -29,6 +30,7 @@
 
 mod axes;
 mod drive;
+mod gallery;
 mod lattice;
 mod learning;
 mod lessons;

@@ -61,11 +61,11 @@ impl Lesson {
             (count, neuron(changes))
         };
         let example = |sign: i32| {
-            let found = changes_of(stimulus)
+            // Of equals the first: early changes are large beside what they change.
+            let largest = changes_of(stimulus)
                 .filter(|(_, (_, change))| change.amount.signum() == sign)
-                // Of equals the first: early changes are large beside what they change.
-                .rev_max_by_amount()?;
-            let (i, (action, change)) = found;
+                .min_by_key(|(_, (_, change))| std::cmp::Reverse(change.amount.unsigned_abs()))?;
+            let (i, (action, change)) = largest;
             Some(Example {
                 change: *change,
                 action: *action,
@@ -171,19 +171,6 @@ impl Lesson {
         legend
     }
 }
-
-/// The one whose amount is largest, the first of equals.
-trait LargestAmount<'a>: Iterator<Item = (usize, &'a (u64, StaircaseChange))> + Sized {
-    fn rev_max_by_amount(self) -> Option<Self::Item> {
-        let size = |item: &Self::Item| item.1.1.amount.unsigned_abs();
-        self.fold(None, |largest: Option<Self::Item>, item| match largest {
-            Some(largest) if size(&largest) >= size(&item) => Some(largest),
-            _ => Some(item),
-        })
-    }
-}
-
-impl<'a, I: Iterator<Item = (usize, &'a (u64, StaircaseChange))>> LargestAmount<'a> for I {}
 
 fn real(amount: i32) -> f64 {
     f64::from(amount) / f64::from(Activation::ONE)
