@@ -8,6 +8,7 @@ mod calibrate;
 mod disarm;
 mod drive;
 mod emulate;
+mod figures;
 mod interrupt;
 mod knowledge;
 mod learn;
@@ -49,6 +50,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Boot the firmware on an emulated board and let it drive through an arena
     Emulate(emulate::Arguments),
+    /// Draw the paper's figures from logs, and a report with all of them
+    Figures(figures::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
     /// List the rovers that are connected
@@ -95,6 +98,7 @@ pub fn main() -> ExitCode {
         Command::Perceive(arguments) => perceive::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Emulate(arguments) => emulate::run(&arguments),
+        Command::Figures(arguments) => figures::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
         Command::Ports(arguments) => ports::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
