@@ -13,8 +13,8 @@ use rover_host::board::incident::Kind;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, Fault, Mode, Outcome, Refusal, Report, ResetReason,
-    State,
+    ChannelHealth, Command, CompassHealth, EventKind, Fault, Mode, Outcome, Refusal, Report,
+    ResetReason, State,
 };
 
 /// Slices that board and test may be apart.
@@ -184,11 +184,8 @@ fn an_obstacle_stops_the_move_and_counts_as_blocked() {
     let mut bench = Bench::in_scenario(&scenario, &[]);
     bench.host_drives(0, 40);
     bench.wait(ms(5_000));
-    let blocked = bench
-        .events()
-        .iter()
-        .any(|kind| *kind == rover_shared::wire::message::EventKind::MoveEnded(Outcome::Obstacle));
-    assert!(blocked);
+    let ended = EventKind::MoveEnded(Outcome::Obstacle);
+    assert!(bench.events().contains(&ended));
     assert_eq!(bench.count(Fault::Blocked), 1);
     let rover = bench.rover.borrow();
     assert!(!rover.vehicle().touching(), "{:?}", rover.vehicle().pose());
@@ -202,10 +199,9 @@ fn range_fault(what: &str, health: ChannelHealth) {
     bench.events();
     bench.fault(&format!("0:{what}"));
     bench.wait(ms(4_000));
-    let seen = bench.events().into_iter().any(
-        |kind| matches!(kind, rover_shared::wire::message::EventKind::Range { health: h, .. } if h == health),
-    );
-    assert!(seen, "{what}: not noticed");
+    let noticed =
+        |kind: &EventKind| matches!(kind, EventKind::Range { health: h, .. } if *h == health);
+    assert!(bench.events().iter().any(noticed), "{what}: not noticed");
     assert_eq!(
         bench.status().state,
         State::Faulted(Fault::RangeSensor),
