@@ -10,6 +10,8 @@ mod resets;
 mod rig;
 #[path = "support/thumb.rs"]
 mod thumb;
+#[path = "board/usb.rs"]
+mod usb;
 
 use rig::{Bench, MS};
 use rover_host::board::bus::Boot;
