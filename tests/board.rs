@@ -70,6 +70,7 @@ fn it_drives_when_told_to_and_stops_when_told_to() {
     assert_eq!(motors[2..], [1.0, 0.0, 1.0, 0.0], "both sides forward");
     assert_eq!(bench.command(&Command::Disarm), Ok(()));
     assert!(bench.motors_off());
+    bench.run(100);
 
     assert_eq!(bench.command(&Command::Arm), Ok(()));
     assert_eq!(bench.command(&Command::SetMode(Mode::Host)), Ok(()));

@@ -90,7 +90,8 @@ fn a_hard_faults_text_survives_the_reset() {
         .set(PC, 0x3000_0000);
     let (kind, at_fault, driven) = until_incident(&mut bench, 0);
     assert!(matches!(kind, Kind::HardFault(_)), "{kind:?}");
-    assert!(at_fault <= MS && driven <= MS);
+    // The core may be asleep until the next control period.
+    assert!(at_fault <= 21 * MS && driven <= 21 * MS);
     let reset = bench.machine.incidents().first()[1].kind;
     assert!(
         matches!(reset, Kind::Watchdog { fault: Some(_) }),

@@ -5,6 +5,7 @@ use std::sync::LazyLock;
 use rover_host::board::Machine;
 use rover_host::board::elf::Image;
 use rover_host::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use rover_host::board::usb::State;
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
 use rover_shared::wire::message::{Ack, Command, Hello, Refusal, Report};
@@ -68,6 +69,8 @@ impl Bench {
 
     /// Plugs the cable in, opens the port, and says hello.
     pub fn connect(&mut self) {
+        self.heartbeats = false;
+        self.decoder = Decoder::new();
         let now = self.machine.now();
         self.machine.usb_mut().plug(now);
         self.machine.usb_mut().set_dtr(true, now);
@@ -96,7 +99,8 @@ impl Bench {
         let byte = (u32::from(self.heading) * 256 / 3_600) as u8;
         let compass = self.machine.compass_bus_mut().device_mut();
         compass.set_registers(Some([15, byte, high, low]));
-        if self.heartbeats && self.milliseconds.is_multiple_of(200) {
+        let connected = matches!(self.machine.usb().state(), State::Configured { .. });
+        if self.heartbeats && connected && self.milliseconds.is_multiple_of(200) {
             self.send(&Command::Heartbeat);
         }
         self.machine.run_until(self.machine.now() / MS * MS + MS);

@@ -159,6 +159,10 @@ impl SystemBus {
             SSI => Ok(self.ssi.read(offset, self.now)),
             _ => {
                 let value = self.peripherals.read(address, self.now).ok_or(BusFault)?;
+                if let Some(until) = self.peripherals.wait_at(address, self.now) {
+                    self.stalled_until = until;
+                    self.look();
+                }
                 // Reading may change what the peripheral asks for.
                 if Peripherals::reading_changes(address) {
                     self.look();

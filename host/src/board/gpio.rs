@@ -193,7 +193,10 @@ impl IoBank0 {
 
     /// The interrupt line of core 0.
     pub fn line(&self) -> bool {
-        (0..4).any(|group| self.status(group) != 0)
+        (0..4).any(|group| {
+            let wanted = self.enabled[group] | self.forced[group];
+            wanted != 0 && self.status(group) != 0
+        })
     }
 
     fn pin_status(&self, pin: usize) -> u32 {

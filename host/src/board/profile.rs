@@ -18,7 +18,7 @@ use super::probe::{Call, ProbeId};
 /// What a mangled name of a step of the lattice contains.
 const STEP: [&str; 3] = ["10perception", "7lattice", "7advance"];
 /// What a mangled name of a poll of a task contains.
-const POLL: [&str; 3] = ["16embassy_executor", "11TaskStorage", "4poll"];
+const POLL: [&str; 3] = ["16embassy_executor", "TaskStorage", "4poll"];
 
 /// A program in which the cycles cannot be found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

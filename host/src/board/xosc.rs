@@ -52,6 +52,14 @@ impl Xosc {
         }
     }
 
+    /// Until when whoever reads STATUS has to wait for STABLE, if it was switched on.
+    ///
+    /// Programs poll for it, some 128 ms long. The machine does not step them through that: it lets
+    /// the core wait at the first read, which comes to the same.
+    pub fn wait_at_status(&self, offset: u32, now: Cycles) -> Option<Cycles> {
+        self.stable_at.filter(|at| offset == STATUS && *at > now)
+    }
+
     fn start_or_stop(&mut self, now: Cycles) {
         let enabled = self.ctrl >> ENABLE_SHIFT & 0xfff == ENABLE;
         let delay = Cycles::from(self.startup & DELAY_MASK) * DELAY_UNIT;
@@ -104,6 +112,9 @@ mod tests {
         // 47 * 256 / 12 MHz = 1002.67 us
         let stable = 1_000 + 125_333;
         assert_eq!(xosc.read(STATUS, stable - 1), ENABLED);
+        assert_eq!(xosc.wait_at_status(STATUS, stable - 1), Some(stable));
+        assert_eq!(xosc.wait_at_status(CTRL, stable - 1), None);
+        assert_eq!(xosc.wait_at_status(STATUS, stable), None);
         assert_eq!(xosc.read(STATUS, stable), ENABLED | STABLE);
         xosc.write(CTRL, Write::plain(0xd1e << ENABLE_SHIFT), stable + 9);
         assert_eq!(xosc.read(STATUS, stable + 9), 0);
