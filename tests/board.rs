@@ -12,6 +12,8 @@ mod rig;
 mod sensors;
 #[path = "support/thumb.rs"]
 mod thumb;
+#[path = "board/usb.rs"]
+mod usb;
 
 use rig::{Bench, MS};
 use rover_host::board::bus::Boot;

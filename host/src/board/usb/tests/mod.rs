@@ -162,6 +162,18 @@ fn the_receive_buffer_is_bounded() {
 }
 
 #[test]
+fn the_receive_buffer_has_room_for_whole_packets_or_none() {
+    let mut board = Board::open();
+    let packets = [[1; 63]; 1050];
+    board.driver.outbox.extend(packets.map(Vec::from));
+    board.run(100 * MILLISECOND);
+    let received = board.receive().len();
+    assert_eq!(received, 1040 * 63, "room for 16 more, not for 64");
+    board.run(10 * MILLISECOND);
+    assert_eq!(received + board.receive().len(), 1050 * 63);
+}
+
+#[test]
 fn the_port_opens_and_closes() {
     let mut board = Board::open();
     board.usb.set_dtr(false, board.now);
@@ -242,6 +254,23 @@ fn a_sleeping_host_is_noticed_and_wakes() {
     assert!(!board.driver.suspended);
     assert_eq!(board.driver.inboxes, [b"later"]);
     assert_eq!(board.usb.state(), OPEN, "no new connection");
+}
+
+#[test]
+fn a_host_that_falls_asleep_moves_nothing_and_loses_nothing() {
+    let mut board = Board::open();
+    board.write(&numbers(640));
+    board.usb.send(&numbers(640), board.now);
+    board.run(220 * CYCLES_PER_MICROSECOND);
+    assert!(board.usb.suspend(board.now));
+    let asleep = board.usb.counters();
+    assert!(asleep.bytes_in > 0 && asleep.bytes_out > 0 && asleep.bytes_in < 640);
+    board.run(100 * MILLISECOND);
+    assert_eq!(board.usb.counters(), asleep);
+    board.usb.resume(board.now);
+    board.run(40 * MILLISECOND);
+    assert_eq!(board.receive(), numbers(640));
+    assert_eq!(board.driver.inboxes, [numbers(640)]);
 }
 
 #[test]
