@@ -13,6 +13,7 @@ pub mod figure;
 pub mod files;
 pub mod knowledge;
 pub mod log;
+pub mod monitor;
 pub mod parameters;
 pub mod reference;
 pub mod replay;

@@ -4,6 +4,7 @@
 //! 2 wrong usage.
 
 mod learn;
+mod monitor;
 mod perceive;
 mod replay;
 mod test;
@@ -32,6 +33,8 @@ enum Command {
     Perceive(perceive::Arguments),
     /// Run logged samples through the core once more
     Replay(replay::Arguments),
+    /// Watch and steer a rover, or watch a log
+    Monitor(monitor::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
 }
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
         Command::Test(arguments) => test::run(&arguments),
         Command::Perceive(arguments) => perceive::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
     };
     match done {
