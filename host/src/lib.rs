@@ -12,6 +12,7 @@ pub mod experiment;
 pub mod figure;
 pub mod files;
 pub mod knowledge;
+pub mod link;
 pub mod log;
 pub mod monitor;
 pub mod parameters;

@@ -3,12 +3,25 @@
 //! Results go to stdout, progress and explanations to stderr. Exit status: 0 done, 1 failed,
 //! 2 wrong usage.
 
+mod arm;
+mod calibrate;
+mod disarm;
+mod drive;
+mod interrupt;
+mod knowledge;
 mod learn;
 mod monitor;
+mod narrate;
 mod perceive;
+mod port;
+mod ports;
 mod replay;
+mod status;
+mod steering;
+mod task;
 mod test;
 mod uf2;
+mod values;
 
 use std::process::ExitCode;
 
@@ -37,6 +50,22 @@ enum Command {
     Monitor(monitor::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
+    /// List the rovers that are connected
+    Ports(ports::Arguments),
+    /// Show a rover's state and what its sensors say
+    Status(status::Arguments),
+    /// Allow a rover's motors to run
+    Arm(arm::Arguments),
+    /// Stop a rover's motors and forbid them; acknowledges a fault
+    Disarm(disarm::Arguments),
+    /// Choose what a rover is to do, and let it
+    Task(task::Arguments),
+    /// Have a rover make one move
+    Drive(drive::Arguments),
+    /// Show, copy, give or compare what a rover knows
+    Knowledge(knowledge::Arguments),
+    /// Tell a rover what you measured of it
+    Calibrate(calibrate::Arguments),
 }
 
 /// Why a command did not do what it was asked to.
@@ -64,6 +93,14 @@ pub fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
+        Command::Ports(arguments) => ports::run(&arguments),
+        Command::Status(arguments) => status::run(&arguments),
+        Command::Arm(arguments) => arm::run(&arguments),
+        Command::Disarm(arguments) => disarm::run(&arguments),
+        Command::Task(arguments) => task::run(&arguments),
+        Command::Drive(arguments) => drive::run(&arguments),
+        Command::Knowledge(arguments) => knowledge::run(&arguments),
+        Command::Calibrate(arguments) => calibrate::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

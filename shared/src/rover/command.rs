@@ -4,6 +4,7 @@ use heapless::String;
 
 use super::{Activity, Observation, Rover, Supervision};
 use crate::motion::StartError;
+use crate::sensing::ir::AdcCount;
 use crate::supervisor::Input;
 use crate::time::Instant;
 use crate::units::{Microdegrees, Micrometres};
@@ -212,6 +213,9 @@ impl Rover<'_> {
             task: self.task,
             direction: self.direction,
             steps: self.steps,
+            counts: seen.ir.counts.map(AdcCount::get),
+            distances: seen.ir.distances,
+            heading: seen.heading,
             ranges: seen.ir.health,
             compass: seen.compass,
             counters: view.counters,

@@ -156,6 +156,13 @@ pub struct Status {
     pub direction: Microdegrees,
     /// Action cycles since the reset.
     pub steps: u32,
+    /// Median ADC counts: front left, front right, left, right.
+    pub counts: [u16; 4],
+    /// What these channels' curves make of them.
+    pub distances: [Micrometres; 4],
+    /// Where the rover points, counter-clockwise in the compass's frame, its offset added; `None`
+    /// if the compass cannot be believed.
+    pub heading: Option<Microdegrees>,
     /// Health of the range sensors: front left, front right, left, right.
     pub ranges: [ChannelHealth; 4],
     /// Health of the compass.

@@ -30,7 +30,7 @@
 //!
 //! ```text
 //! version sequence message crc               stuffed                           end
-//! 01      02 00    03      ad 3d 75 03  ->   03 01 02 06 03 ad 3d 75 03        00
+//! 02      02 00    03      43 92 c0 11  ->   03 02 02 06 03 43 92 c0 11        00
 //! ```
 
 pub mod frame;
@@ -46,7 +46,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 pub(crate) static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Version of the contract; goes up with every change of [`message`].
-pub const PROTOCOL_VERSION: u8 = 1;
+pub const PROTOCOL_VERSION: u8 = 2;
 
 /// Fingerprint of the contract: CRC-32 of the text of `message.rs` without comments and white
 /// space, computed by the compiler.

@@ -23,7 +23,11 @@ use crate::units::{Microdegrees, Micrometres};
 /// Every version that was ever released: number, schema, and a checksum of the golden frames,
 /// which see what the schema does not, the types of other files. Changing a message without
 /// raising [`PROTOCOL_VERSION`] and adding a line fails the test below.
-const VERSIONS: [(u8, u32, u32); 1] = [(1, 0x3b72_f1dd, 0xff78_f3fc)];
+const VERSIONS: [(u8, u32, u32); 2] = [
+    (1, 0x3b72_f1dd, 0xff78_f3fc),
+    // A status shows what the sensors say, so that they can be looked at while disarmed.
+    (2, 0x1c93_6562, 0xeaf7_88b7),
+];
 
 #[test]
 fn messages_change_only_with_the_version() {
@@ -270,6 +274,9 @@ fn reports() -> StdVec<(&'static str, Report)> {
                 task: Task::FollowChangingDirection,
                 direction: Microdegrees::from_degrees(80),
                 steps: 12,
+                counts: [500, 510, 1_004, 900],
+                distances: [60, 59, 30, 33].map(Micrometres::from_cm),
+                heading: Some(Microdegrees::from_degrees(-12)),
                 ranges: [ChannelHealth::Good; 4],
                 compass: CompassHealth::Good,
                 counters: Counters::default(),
@@ -381,7 +388,7 @@ fn frames_are_the_golden_ones() {
 fn the_documented_example_is_right() {
     let frame = hex(&pack(2, &Command::Arm));
     assert_eq!(
-        frame, "0301020603ad3d750300",
+        frame, "03020206034392c01100",
         "see the module's documentation"
     );
 }
