@@ -2,13 +2,15 @@
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 
 use super::Failure;
+use super::interrupt::Interrupt;
+use super::port::PortArguments;
 use crate::log::Log;
 use crate::monitor::Source;
+use crate::monitor::live::Live;
 use crate::monitor::plain::Plain;
 use crate::monitor::recording::Recording;
 use crate::monitor::terminal::{Input, Pacer, next_key, show, tell};
@@ -20,8 +22,10 @@ const TYPED_AHEAD: usize = 16;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Show this log (.mcap) instead of a rover
-    #[arg(value_name = "FILE.mcap")]
+    #[arg(value_name = "FILE.mcap", conflicts_with = "port")]
     file: Option<PathBuf>,
+    #[command(flatten)]
+    port: PortArguments,
     /// Lines of text instead of a dashboard, for screen readers and pipes; commands are typed
     #[arg(long)]
     plain: bool,
@@ -69,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn open(arguments: &Arguments) -> Result<Box<dyn Source>, Failure> {
     match &arguments.file {
         Some(path) => Ok(Box::new(open_log(path)?)),
-        None => Err(Failure::Usage("name a log".into())),
+        None => Ok(Box::new(Live::new(arguments.port.connect()?))),
     }
 }
 
@@ -82,8 +86,7 @@ fn open_log(path: &Path) -> Result<Recording, Failure> {
 }
 
 fn run_plain(source: &mut dyn Source, plain: Plain) -> Result<(), Failure> {
-    static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed))?;
+    let (interrupt, mut interrupted) = (Interrupt::listen()?, false);
     let lines = typed_lines();
     let mut pacer = Pacer::new(source.now());
     let waits = !source.is_log();
@@ -91,7 +94,7 @@ fn run_plain(source: &mut dyn Source, plain: Plain) -> Result<(), Failure> {
         if waits {
             pacer.wait(now);
         }
-        if INTERRUPTED.swap(false, Ordering::Relaxed) {
+        if interrupt.is_set() && !std::mem::replace(&mut interrupted, true) {
             return Some(Input::Interrupt);
         }
         lines.try_recv().ok().map(Input::Line)

@@ -1,8 +1,8 @@
 //! What a dashboard is told, wherever it comes from.
 
-use rover_shared::wire::frame::FrameCounters;
 use rover_shared::wire::message::{Command, Refusal, Report};
 
+use crate::link::Counters;
 use crate::log::Entry;
 
 /// Something that happened at the other end, or on the way from there.
@@ -26,8 +26,8 @@ pub enum Happening {
         /// Why it was not.
         reason: String,
     },
-    /// Frames that were lost or dropped on this side, since the connection was made.
-    Frames(FrameCounters),
+    /// What happened to frames on the way, and reports on this side.
+    Frames(Counters),
     /// A log is shown from its start: all that was shown before is void. These are the seed and
     /// the knowledge that it starts from, as bytes.
     Begin {

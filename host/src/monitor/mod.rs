@@ -14,11 +14,12 @@
 //! | `terminal` | the loops that keep it going |
 //! | `view` | the picture, one panel a file |
 //! | `plain` | the same as lines |
-//! | `recording` | logs |
+//! | `live`, `recording` | a rover at the end of a port; a log |
 //! | `words` | the contract's values as words |
 
 pub mod happening;
 pub mod keys;
+pub mod live;
 pub mod mirror;
 pub mod model;
 pub mod plain;

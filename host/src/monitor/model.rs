@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use rover_shared::controller::StepRecord;
 use rover_shared::sensing::Sample;
-use rover_shared::units::Microdegrees;
-use rover_shared::wire::frame::FrameCounters;
+use rover_shared::sensing::ir::FRONT_RIGHT;
+use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
     ActionRecord, ChannelHealth, Command, CompassHealth, Counters, EventKind, Hello, Mode, Outcome,
     Refusal, Report, State, Status, Task,
@@ -17,10 +17,13 @@ use super::happening::{Connection, Happening, Playback};
 use super::mirror::Mirror;
 use super::words;
 use crate::experiment::{Ending, TaskKind};
+use crate::link;
 use crate::log::Entry;
 
 /// Actions that the history holds; no terminal has more columns.
 pub const HISTORY: usize = 512;
+/// How long a state's readings are shown although an action has others, microseconds.
+const LATELY: u64 = 3_000_000;
 /// Notes that are kept.
 pub const NOTES: usize = 200;
 
@@ -41,6 +44,8 @@ pub struct Dashboard {
     pub direction: Option<Microdegrees>,
     /// The session that runs, or ran last.
     pub session: Option<Session>,
+    /// What the sensors say.
+    pub readings: Option<Readings>,
     /// Health of the range sensors.
     pub ranges: Option<[ChannelHealth; 4]>,
     /// Health of the compass.
@@ -52,7 +57,7 @@ pub struct Dashboard {
     /// How often each fault was counted on the board.
     pub counters: Counters,
     /// Frames lost and dropped on this side.
-    pub frames: FrameCounters,
+    pub frames: link::Counters,
     /// Actions that were never heard, by the gaps of the step numbers.
     pub missed: u32,
     /// What the rover knows.
@@ -86,11 +91,25 @@ pub struct Session {
     pub knowledge: u32,
 }
 
+/// What the sensors say at a moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Readings {
+    /// The board's clock, microseconds, where there is a board.
+    pub time: Option<u64>,
+    /// Free way ahead: the shorter one of both front sensors.
+    pub front: Micrometres,
+    /// What each channel's curve makes of its counts, where it is known: front left, front right,
+    /// left, right.
+    pub distances: [Option<Micrometres>; 4],
+    /// Median ADC counts of these channels, where there is an ADC.
+    pub counts: Option<[u16; 4]>,
+    /// Where the rover points; `None` if the compass cannot be believed.
+    pub heading: Option<Microdegrees>,
+}
+
 /// An action, and what led to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Action {
-    /// ADC counts, where there is an ADC: front left, front right, left, right.
-    pub counts: Option<[u16; 4]>,
     /// The sample in physical units.
     pub sample: Sample,
     /// What the controller made of it.
@@ -296,6 +315,19 @@ impl Dashboard {
         self.ranges = Some(status.ranges);
         self.compass = Some(status.compass);
         self.counters = status.counters;
+        let [front_left, front_right, ..] = status.distances;
+        let fitted = status.ranges[FRONT_RIGHT] != ChannelHealth::NotFitted;
+        self.readings = Some(Readings {
+            time: Some(status.time.0),
+            front: if fitted {
+                front_left.min(front_right)
+            } else {
+                front_left
+            },
+            distances: status.distances.map(Some),
+            counts: Some(status.counts),
+            heading: status.heading,
+        });
     }
 
     fn event(&mut self, kind: EventKind) {
@@ -408,12 +440,30 @@ impl Dashboard {
         self.ranges = Some(record.ranges);
         self.compass = Some(record.compass);
         self.counters = record.counters;
+        self.read(Some(record.time.0), Some(record.counts), &record.sample);
         self.stepped(Action {
-            counts: Some(record.counts),
             sample: record.sample,
             step: record.step,
             outcome: Some(record.outcome),
         });
+    }
+
+    /// Takes the readings that an action began with, unless the state that was asked for lately
+    /// says more.
+    fn read(&mut self, time: Option<u64>, counts: Option<[u16; 4]>, sample: &Sample) {
+        let lately = self.readings.filter(|readings| {
+            let (then, now) = (readings.time.unwrap_or(0), time.unwrap_or(0));
+            readings.distances.iter().all(Option::is_some) && now < then.saturating_add(LATELY)
+        });
+        if lately.is_none() {
+            self.readings = Some(Readings {
+                time,
+                front: sample.front,
+                distances: [None, None, Some(sample.left), Some(sample.right)],
+                counts,
+                heading: Some(sample.heading),
+            });
+        }
     }
 
     fn logged(&mut self, entry: &Entry) {
@@ -421,8 +471,8 @@ impl Dashboard {
             Entry::Step(step) => {
                 self.trial = Some(step.trial);
                 self.aim(step.task);
+                self.read(None, None, &step.sample);
                 self.stepped(Action {
-                    counts: None,
                     sample: step.sample,
                     step: step.record,
                     outcome: None,

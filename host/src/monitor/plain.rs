@@ -173,16 +173,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
         let (seed, knowledge) = (session.seed, session.knowledge);
         lines.push(format!("session seed {seed}, from knowledge {knowledge:08x}"));
     }
-    if let Some(ranges) = dashboard.ranges {
-        let each = words::CHANNELS.iter().zip(ranges);
-        let each: Vec<_> = each
-            .map(|(name, health)| format!("{name} {}", words::channel_health(health)))
-            .collect();
-        lines.push(format!("range sensors {}", each.join(", ")));
-    }
-    if let Some(compass) = dashboard.compass {
-        lines.push(format!("compass {}", words::compass_health(compass)));
-    }
+    lines.extend(sensors(dashboard));
     if let Some(action) = &dashboard.action {
         lines.push(sentence(action));
     }
@@ -192,6 +183,33 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
         lines.push(format!("refused: {command}: {refusal}"));
     }
     lines.push(counters(dashboard));
+    lines
+}
+
+fn sensors(dashboard: &Dashboard) -> Vec<String> {
+    let mut lines = Vec::new();
+    let readings = dashboard.readings;
+    for (i, name) in words::CHANNELS.iter().enumerate() {
+        let distance = readings.and_then(|readings| readings.distances[i]);
+        let counts = readings.and_then(|readings| readings.counts).map(|c| c[i]);
+        let health = dashboard.ranges.map(|ranges| ranges[i]);
+        let parts: Vec<String> = [
+            distance.map(|d| format!("{} cm", words::centimetres(d))),
+            counts.map(|counts| format!("{counts} counts")),
+            health.map(|health| words::channel_health(health).into()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        if !parts.is_empty() {
+            lines.push(format!("range sensor {name}: {}", parts.join(", ")));
+        }
+    }
+    if let Some(health) = dashboard.compass {
+        let heading = readings.and_then(|readings| readings.heading);
+        let heading = heading.map_or(String::new(), |h| format!("{}, ", words::compass(h)));
+        lines.push(format!("compass: {heading}{}", words::compass_health(health)));
+    }
     lines
 }
 
@@ -207,10 +225,9 @@ fn knowledge(dashboard: &Dashboard) -> String {
 
 fn counters(dashboard: &Dashboard) -> String {
     let frames = &dashboard.frames;
-    let (lost, dropped) = (frames.lost, frames.dropped());
     let mut text = format!(
-        "{lost} frames lost, {dropped} bad, {} actions missed",
-        dashboard.missed
+        "{} frames lost, {} damaged, {} reports unread, {} actions missed, {} reconnections",
+        frames.lost, frames.damaged, frames.unread, dashboard.missed, frames.reconnected
     );
     for fault in rover_shared::wire::message::Fault::ALL {
         match dashboard.counters.of(fault) {

@@ -34,7 +34,7 @@ pub struct StillArmed;
 pub enum ShowError {
     /// The terminal failed.
     #[error("the terminal cannot be used ({0}): try --plain")]
-    Terminal(io::Error),
+    Terminal(String),
     /// The rover may still drive.
     #[error(transparent)]
     StillArmed(#[from] StillArmed),
@@ -74,7 +74,7 @@ impl Pacer {
 ///
 /// # Errors
 /// [`ShowError`].
-pub fn show<B: Backend<Error = io::Error>>(
+pub fn show<B: Backend>(
     terminal: &mut Terminal<B>,
     source: &mut dyn Source,
     keys: &mut dyn FnMut(Duration) -> io::Result<Option<KeyEvent>>,
@@ -86,16 +86,20 @@ pub fn show<B: Backend<Error = io::Error>>(
         let drawn = terminal.draw(|frame| {
             view::draw(frame.area(), frame.buffer_mut(), &watch, log, look);
         });
-        drawn.map_err(ShowError::Terminal)?;
+        drawn.map_err(|error| ShowError::Terminal(error.to_string()))?;
         for happening in source.poll(TICK) {
             watch.take(source.now(), &happening);
         }
         watch.ask(source);
-        while let Some(key) = keys(source.now()).map_err(ShowError::Terminal)? {
+        while let Some(key) = keys(source.now()).map_err(failed)? {
             watch.key(key, source);
         }
     }
     Ok(farewell(&mut watch, source)?)
+}
+
+fn failed(error: io::Error) -> ShowError {
+    ShowError::Terminal(error.to_string())
 }
 
 /// The next key of the process's own terminal; `None` if none waits.

@@ -15,11 +15,14 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     let frames = &dashboard.frames;
     let lost = [
         ("frames lost", frames.lost),
-        ("frames bad", frames.dropped()),
-        ("actions missed", dashboard.missed),
+        ("frames bad", frames.damaged),
+        ("reports unread", frames.unread),
+        ("actions missed", dashboard.missed.into()),
+        ("reconnected", frames.reconnected),
     ];
     let mut y = 0;
     for (name, count) in lost {
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
         line(&mut panel, y, name, count, style(look, count));
         y += 1;
     }

@@ -6,26 +6,21 @@ use ratatui::style::Style;
 use rover_shared::wire::message::{ChannelHealth, CompassHealth};
 
 use super::look::{Look, Panel};
-use crate::monitor::model::{Action, Dashboard};
+use crate::monitor::model::Dashboard;
 use crate::monitor::words;
 
-/// Columns where counts end and health begins.
-const CENTIMETRES_END: usize = 19;
-const COUNTS_END: usize = 26;
+/// Column where health begins.
 const HEALTH: u16 = 28;
 
-/// Draws the sensors; the front sensors' distance is the shorter one of both.
+/// Draws the sensors.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
-    let mut panel = Panel::titled(area, buffer, look, "Sensors      cm counts health");
-    let action = dashboard.action.as_ref();
-    let sample = action.map(|action| &action.sample);
-    let front = sample.map(|s| s.front);
-    line(&mut panel, 0, "front", front.map(words::centimetres), None);
-    let distances = [None, None, sample.map(|s| s.left), sample.map(|s| s.right)];
-    for (channel, distance) in distances.into_iter().enumerate() {
-        let y = channel as u16 + 1;
-        let name = ["  its left", "  its right", "left", "right"][channel];
-        let counts = action.and_then(|a| a.counts).map(|counts| counts[channel]);
+    let mut panel = Panel::titled(area, buffer, look, "Sensors           cm counts health");
+    let readings = dashboard.readings;
+    for (channel, name) in words::CHANNELS.iter().enumerate() {
+        let y = channel as u16;
+        let distance = readings.and_then(|readings| readings.distances[channel]);
+        let counts = readings.and_then(|readings| readings.counts);
+        let counts = counts.map(|counts| counts[channel]);
         line(&mut panel, y, name, distance.map(words::centimetres), counts);
         if let Some(ranges) = &dashboard.ranges {
             let health = ranges[channel];
@@ -35,35 +30,37 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
             panel.text(HEALTH, y, words::channel_health(health), style);
         }
     }
-    compass(&mut panel, dashboard, action);
+    let front = readings.map(|readings| words::centimetres(readings.front));
+    line(&mut panel, 4, "ahead, nearer", front, None);
+    compass(&mut panel, dashboard);
 }
 
 fn line(panel: &mut Panel<'_>, y: u16, name: &str, cm: Option<String>, counts: Option<u16>) {
     let cm = cm.unwrap_or_default();
     let counts = counts.map(|c| c.to_string()).unwrap_or_default();
-    let width = CENTIMETRES_END - 12;
-    let after = COUNTS_END - CENTIMETRES_END;
-    let text = format!("{name:<12}{cm:>width$}{counts:>after$}");
+    let text = format!("{name:<14}{cm:>6}{counts:>7}");
     panel.text(0, y, &text, Style::new());
 }
 
-fn compass(panel: &mut Panel<'_>, dashboard: &Dashboard, action: Option<&Action>) {
+fn compass(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let look = panel.look;
-    let heading = action.map(|a| words::compass(a.sample.heading));
-    let text = format!("{:<12}{:>13}", "heading", heading.unwrap_or_default());
+    let heading = dashboard.readings.and_then(|readings| readings.heading);
+    let heading = heading.map(words::compass);
+    let text = format!("{:<14}{:>13}", "heading", heading.unwrap_or_default());
     panel.text(0, 5, &text, Style::new());
     if let Some(health) = dashboard.compass {
         let fit = health == CompassHealth::Good;
         let style = style(look, fit, health == CompassHealth::Unknown);
         panel.text(HEALTH, 5, words::compass_health(health), style);
     }
-    let sensed = action.and_then(|a| a.step.sensed);
-    let angle = match (action, sensed) {
-        (None, _) => String::new(),
-        (Some(_), None) => "not sensed".into(),
-        (Some(_), Some(sensed)) => words::turn(sensed.target_angle),
+    let sensed = dashboard.action.map(|action| action.step.sensed);
+    let angle = match sensed {
+        None => String::new(),
+        Some(None) => "not sensed".into(),
+        Some(Some(sensed)) => words::turn(sensed.target_angle),
     };
-    panel.text(0, 6, &format!("{:<12}{angle:>15}", "to go"), Style::new());
+    // As it was when the latest action began.
+    panel.text(0, 6, &format!("{:<12}{angle:>15}", "angle to go"), Style::new());
 }
 
 fn style(look: Look, fit: bool, unknown: bool) -> Style {
