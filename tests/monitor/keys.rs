@@ -95,7 +95,7 @@ fn tasks_are_chosen_and_knowledge_is_stored() {
     assert!(!scene.rover.borrow().stored().is_empty());
 }
 
-/// Shows a source on a screen of the test, with these keys, one every other tick.
+/// Shows a source on a screen of the test, with these keys, one every 2 seconds of the source's time.
 fn shown(source: &mut dyn Source, keys: Vec<KeyEvent>) -> Result<String, ShowError> {
     let mut keys = VecDeque::from(keys);
     let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
@@ -103,7 +103,7 @@ fn shown(source: &mut dyn Source, keys: Vec<KeyEvent>) -> Result<String, ShowErr
     let mut next = |_: Duration| {
         ticks += 1;
         assert!(ticks < 10_000, "it does not end");
-        Ok((ticks % 2 == 0).then(|| keys.pop_front()).flatten())
+        Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
     show(&mut screen, source, &mut next, Look::default())?;
     Ok(screen.backend().to_string())
@@ -128,7 +128,7 @@ fn leaving_disarms_unless_it_is_not_to() {
         (vec![ctrl_c], false),
         (typed("Q"), true),
     ] {
-        let mut scene = Scene::new(1);
+        let mut scene = Scene::unseen(1);
         let keys = [typed("al"), end.clone()].concat();
         let screen = shown(&mut scene.source, keys).expect("the rover acknowledges");
         assert!(screen.contains("DRIVING (learn)"), "{screen}");
@@ -142,38 +142,19 @@ fn leaving_disarms_unless_it_is_not_to() {
 
 #[test]
 fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
-    let mut scene = Scene::new(1);
-    scene.press("al");
+    let mut scene = Scene::unseen(1);
     let cable = scene.cable.clone();
-    let mut keys = VecDeque::from(typed("q"));
+    let mut keys = VecDeque::from(typed("alq"));
     let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
     let mut ticks = 0;
     let mut next = |_: Duration| {
         ticks += 1;
-        *cable.borrow_mut() = ticks < 20;
-        Ok((ticks > 40).then(|| keys.pop_front()).flatten())
+        *cable.borrow_mut() = ticks < 60;
+        Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
-    // Seen before, so that there is a rover to care about.
-    let left = show(&mut screen, &mut Seen(&mut scene.source), &mut next, Look::default());
+    let left = show(&mut screen, &mut scene.source, &mut next, Look::default());
     let error = left.expect_err("it was unplugged while it drove").to_string();
     assert!(error.contains("may still drive"), "{error}");
-}
-
-/// The source, which introduces its rover once more.
-struct Seen<'s>(&'s mut rover_host::monitor::live::Live);
-
-impl Source for Seen<'_> {
-    fn now(&self) -> Duration {
-        self.0.now()
-    }
-
-    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
-        self.0.poll(timeout)
-    }
-
-    fn send(&mut self, command: &Command) {
-        self.0.send(command);
-    }
 }
 
 /// Notes what it is asked for.

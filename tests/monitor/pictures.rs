@@ -109,7 +109,8 @@ proptest! {
         rows in 0u16..60,
         help in any::<bool>(),
     ) {
-        let mut watch = Watch { help, ..Watch::default() };
+        let mut watch = Watch::default();
+        watch.help = help;
         let mut plain = Plain::new(Duration::ZERO);
         for (time, happening) in (0..).map(Duration::from_secs).zip(&happenings) {
             watch.take(time, happening);

@@ -31,18 +31,23 @@ pub struct Scene {
 impl Scene {
     /// A rover that was just found.
     pub fn new(seed: u64) -> Self {
+        let mut scene = Self::unseen(seed);
+        scene.run(2);
+        scene
+    }
+
+    /// A rover of which nothing was heard yet.
+    pub fn unseen(seed: u64) -> Self {
         let rover = Rc::new(RefCell::new(Loopback::new(seed)));
         let port = LoopbackPort::new(rover.clone());
         let cable = port.cable();
         let client = Client::open(Box::new(port)).expect("the rover answers");
-        let mut scene = Self {
+        Self {
             rover,
             cable,
             source: Live::new(client),
             watch: Watch::default(),
-        };
-        scene.run(2);
-        scene
+        }
     }
 
     /// One that learns for so many seconds.

@@ -50,7 +50,11 @@ fn a_drive_of_which_an_action_was_lost_is_not_followed() {
 #[test]
 fn a_rover_that_restarts_is_asked_anew() {
     let mut scene = Scene::learning(1, 60);
+    // A board that restarts is gone from the bus for a moment.
+    *scene.cable.borrow_mut() = false;
+    scene.run(1);
     scene.rover.borrow_mut().reset(ResetReason::Watchdog, 2);
+    *scene.cable.borrow_mut() = true;
     scene.run(5);
     let dashboard = &scene.watch.dashboard;
     assert_eq!(dashboard.state, Some(State::Disarmed));
