@@ -16,6 +16,7 @@ pub mod link;
 pub mod log;
 pub mod monitor;
 pub mod parameters;
+pub mod recorder;
 pub mod reference;
 pub mod replay;
 pub mod report;

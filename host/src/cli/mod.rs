@@ -15,6 +15,7 @@ mod narrate;
 mod perceive;
 mod port;
 mod ports;
+mod record;
 mod replay;
 mod status;
 mod steering;
@@ -62,6 +63,8 @@ enum Command {
     Task(task::Arguments),
     /// Have a rover make one move
     Drive(drive::Arguments),
+    /// Record all that a rover says to a log
+    Record(record::Arguments),
     /// Show, copy, give or compare what a rover knows
     Knowledge(knowledge::Arguments),
     /// Tell a rover what you measured of it
@@ -99,6 +102,7 @@ pub fn main() -> ExitCode {
         Command::Disarm(arguments) => disarm::run(&arguments),
         Command::Task(arguments) => task::run(&arguments),
         Command::Drive(arguments) => drive::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
         Command::Knowledge(arguments) => knowledge::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
     };

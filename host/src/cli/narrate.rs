@@ -1,7 +1,7 @@
 //! What a rover says, as lines for people.
 
 use rover_shared::wire::message::{
-    Event, EventKind, Hello, Mode, Outcome, Report, ResetReason, State, Task,
+    Event, EventKind, Fault, Hello, Mode, Outcome, Report, ResetReason, State, Task,
 };
 
 use super::values::as_compass;
@@ -12,6 +12,8 @@ pub fn line(report: &Report) -> Option<String> {
     Some(match report {
         Report::Hello(hello) => self::hello(hello),
         Report::Event(Event { kind, .. }) => event(kind)?,
+        // Learning is to run into things; the outcome of each action tells.
+        Report::Fault(fault) if fault.fault == Fault::Blocked => return None,
         Report::Fault(fault) => format!(
             "fault: {} (number {} since the reset)",
             fault_name(fault.fault),

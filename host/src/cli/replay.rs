@@ -7,15 +7,16 @@ use rover_shared::units::Microdegrees;
 use super::{Failure, print, print_json};
 use crate::drive_report::{DriveReport, drive};
 use crate::files::write_whole;
-use crate::log::Log;
+use crate::knowledge;
+use crate::log::session::Sessions;
 use crate::log::table::{Columns, Drive};
-use crate::{knowledge, replay};
+use crate::replay::{self, Difference, Replayed};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A log (.mcap), or a drive recorded by others (.csv)
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// A log (.mcap), all files of a recording in order, or a drive recorded by others (.csv)
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
     /// With a log: compare every recorded output bit by bit
     #[arg(long)]
     verify: bool,
@@ -41,18 +42,20 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let extension = arguments
-        .file
-        .extension()
-        .and_then(|e| e.to_str())
-        .unwrap_or_default();
-    match extension.to_ascii_lowercase().as_str() {
-        "mcap" => run_log(arguments),
-        "csv" => run_drive(arguments),
-        _ => Err(Failure::Usage(format!(
+    let ends = |file: &PathBuf, ending: &str| {
+        let extension = file.extension().and_then(|e| e.to_str());
+        extension.is_some_and(|e| e.eq_ignore_ascii_case(ending))
+    };
+    match &arguments.files[..] {
+        [file] if ends(file, "csv") => run_drive(arguments, file),
+        files if files.iter().all(|file| ends(file, "mcap")) => run_log(arguments),
+        [file] => Err(Failure::Usage(format!(
             "{}: expected a file that ends in .mcap or .csv",
-            arguments.file.display()
+            file.display()
         ))),
+        _ => Err(Failure::Usage(
+            "several files: expected those of one recording, which end in .mcap".into(),
+        )),
     }
 }
 
@@ -69,14 +72,26 @@ fn run_log(arguments: &Arguments) -> Result<(), Failure> {
             "{name} is for CSV files; a log has its own"
         )));
     }
-    let name = arguments.file.display().to_string();
+    let names: Vec<_> = arguments
+        .files
+        .iter()
+        .map(|f| f.display().to_string())
+        .collect();
+    let name = names.join(", ");
     let fail = |error: &dyn std::fmt::Display| Failure::Failed(format!("{name}: {error}"));
-    let bytes = std::fs::read(&arguments.file)
-        .map_err(|error| fail(&format!("cannot be read: {error}")))?;
-    let log = Log::read(&bytes).map_err(|error| fail(&error))?;
-    let replayed = replay::verify(&log).map_err(|error| fail(&error))?;
-    if arguments.verify && replayed.steps == 0 {
-        return Err(fail(&"has no actions, so that there is nothing to verify"));
+    let mut files = Vec::new();
+    for file in &arguments.files {
+        let read = std::fs::read(file);
+        files.push(read.map_err(|error| fail(&format!("cannot be read: {error}")))?);
+    }
+    let log = Sessions::read(&files).map_err(|error| fail(&error))?;
+    let replayed = replay::verify_sessions(&log).map_err(|error| fail(&error))?;
+    if arguments.verify && replayed.steps == 0 && replayed.difference.is_none() {
+        let why = replayed.unverified.first().map(ToString::to_string);
+        return Err(fail(
+            &why.as_deref()
+                .unwrap_or("has no actions, so that there is nothing to verify"),
+        ));
     }
     if log.cut_off {
         eprintln!("rover: {name} is cut off; replayed what is there");
@@ -87,23 +102,48 @@ fn run_log(arguments: &Arguments) -> Result<(), Failure> {
     match &replayed.difference {
         Some(difference) if arguments.verify => Err(fail(difference)),
         _ if arguments.json => Ok(()),
-        difference => {
-            let verdict = match difference {
-                Some(difference) => format!("first difference: {difference}"),
-                None if replayed.complete => {
-                    "every output and the final knowledge are equal, bit by bit".into()
-                }
-                None => "every output is equal, bit by bit; the log has no end to compare".into(),
-            };
-            print(&format!(
-                "{} actions in {} trials, seed {}, written by {}\n{verdict}\n",
-                replayed.steps, replayed.trials, log.origin.seed, log.origin.writer
-            ))
-        }
+        difference => print(&described(&log, &replayed, difference.as_ref())),
     }
 }
 
-fn run_drive(arguments: &Arguments) -> Result<(), Failure> {
+fn described(log: &Sessions, replayed: &Replayed, difference: Option<&Difference>) -> String {
+    let verdict = match difference {
+        Some(difference) => format!("first difference: {difference}"),
+        None if replayed.complete => {
+            "every output and the final knowledge are equal, bit by bit".into()
+        }
+        None if log.cut_off && log.sessions.len() == 1 => {
+            "every output is equal, bit by bit; the log has no end to compare".into()
+        }
+        None => "every output that can be replayed is equal, bit by bit".into(),
+    };
+    let seeds = log
+        .sessions
+        .iter()
+        .filter_map(|session| session.origin.as_ref());
+    let seeds: Vec<_> = seeds.map(|origin| origin.seed.to_string()).collect();
+    let grouped = match (replayed.trials, replayed.sessions) {
+        (0, 1) => "1 session".into(),
+        (0, sessions) => format!("{sessions} sessions"),
+        (trials, _) => format!("{trials} trials"),
+    };
+    let seeds = match &seeds[..] {
+        [seed] => format!("seed {seed}"),
+        seeds => format!("seeds {}", seeds.join(" ")),
+    };
+    let mut text = format!(
+        "{} actions in {grouped}, {seeds}, written by {}\n{verdict}\n",
+        replayed.steps, log.writer
+    );
+    for unverified in &replayed.unverified {
+        if !(log.cut_off && log.sessions.len() == 1) {
+            text += &format!("  {unverified}\n");
+        }
+    }
+    text
+}
+
+fn run_drive(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
     if arguments.verify {
         return Err(Failure::Usage(
             "--verify is for logs (.mcap): a CSV file has nothing to compare with".into(),
@@ -122,7 +162,7 @@ fn run_drive(arguments: &Arguments) -> Result<(), Failure> {
     }
     let loaded = knowledge::load(path)?;
     let columns = arguments.columns.clone().unwrap_or_default();
-    let recorded = Drive::read(&arguments.file, &columns)?;
+    let recorded = Drive::read(file, &columns)?;
     let direction = Microdegrees::wrapped(-(direction * 1e6).round() as i64);
     let report = drive(&recorded, &loaded, direction, arguments.seed.unwrap_or(1));
     if let Some(out) = &arguments.out {

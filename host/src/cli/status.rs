@@ -78,7 +78,7 @@ fn describe(port: &str, hello: &Hello, status: &Status) -> String {
             channel_name(channel),
             format!(
                 "{counts:>4} counts, {cm:>5.1} cm, {}",
-                channel_health(health)
+                channel_health(health).trim_start_matches("is ")
             ),
         );
     }

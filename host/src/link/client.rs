@@ -4,11 +4,12 @@ use std::collections::VecDeque;
 
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::frame::{Encoder, FrameError, MAX_FRAME};
-use rover_shared::wire::message::{Command, Hello, Refusal, Report, Status};
-use rover_shared::wire::{Mismatch, PROTOCOL_VERSION, SCHEMA_HASH, compatible};
+use rover_shared::wire::message::{Command, Hello, Report, Status};
+use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 
+use super::Port;
+use super::error::{LinkError, name_of};
 use super::inbox::{Counters, Inbox, Received};
-use super::{Port, PortError, explain};
 
 /// How long the rover has to answer a command. It answers within a control period, 20 ms, but
 /// for the 400 ms that erasing a sector of its flash may take.
@@ -24,43 +25,6 @@ const HEARTBEAT: Duration = Duration::from_millis(200);
 const SLICE: Duration = Duration::from_millis(50);
 /// Pauses between attempts to connect again: doubled from the first to the last.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(20), Duration::from_millis(1_000));
-
-/// Why a command was not carried out, or a connection not made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// The port failed.
-    #[error(transparent)]
-    Port(#[from] PortError),
-    /// The rover speaks, but not our protocol.
-    #[error("{port}: {mismatch}")]
-    Mismatch {
-        /// The port.
-        port: String,
-        /// What differs.
-        mismatch: Mismatch,
-    },
-    /// Nothing that answers like a rover is there.
-    #[error(
-        "{0}: nothing there answers as a rover does: check that its firmware runs, and that \
-         --port names the rover"
-    )]
-    NoAnswer(String),
-    /// The rover did not answer a command.
-    #[error("the rover did not answer to `{0}` in time: check the cable, or reset the rover")]
-    Silent(&'static str),
-    /// The rover refused.
-    #[error("the rover refused to {command}: {}", explain(*.refusal))]
-    Refused {
-        /// The command, as a verb.
-        command: &'static str,
-        /// Why.
-        refusal: Refusal,
-    },
-    /// What came of a transfer is not what was sent.
-    #[error("the rover's knowledge could not be transferred: {0}: try again")]
-    Transfer(&'static str),
-}
 
 /// The host's end of a conversation with a rover.
 ///
@@ -432,28 +396,6 @@ fn harmless_twice(command: &Command) -> bool {
         // Again after the last chunk of a transfer is no continuation of it.
         Command::PushKnowledge(chunk) => chunk.offset + (chunk.data.len() as u32) < chunk.total,
         _ => true,
-    }
-}
-
-/// A command as a verb, for sentences.
-pub fn name_of(command: &Command) -> &'static str {
-    match command {
-        Command::Hello { .. } => "be introduced",
-        Command::Ping => "answer",
-        Command::Heartbeat => "take a heartbeat",
-        Command::Arm => "arm",
-        Command::Disarm => "disarm",
-        Command::SetMode(_) => "change its mode",
-        Command::SetTask(_) => "change its task",
-        Command::SetDirection(_) => "change its direction",
-        Command::Drive { .. } => "move",
-        Command::SetSeed(_) => "change its seed",
-        Command::Calibrate(_) => "be calibrated",
-        Command::ReadStatus => "tell its state",
-        Command::PullKnowledge { .. } => "hand out its knowledge",
-        Command::PushKnowledge(_) => "take knowledge",
-        Command::StoreKnowledge => "store its knowledge",
-        Command::NewKnowledge => "forget its knowledge",
     }
 }
 

@@ -37,6 +37,10 @@ pub struct UsbNames {
 /// # Errors
 /// [`PortError::NoList`].
 pub fn ports() -> Result<Vec<Found>, PortError> {
+    // The library takes it for granted.
+    if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
+        return Err(PortError::NoList("there is no /sys/class/tty".into()));
+    }
     let listed =
         serialport::available_ports().map_err(|error| PortError::NoList(error.to_string()))?;
     Ok(sorted(listed))

@@ -5,6 +5,8 @@
 //! What only the firmware has is left out: sensors' noise and health, bounded queues, flash that
 //! takes time. The emulated board has all that.
 
+mod body;
+
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
@@ -17,12 +19,13 @@ use rover_shared::sensing::ir::curve::RangeCurve;
 use rover_shared::sensing::ir::{AdcCount, CHANNELS, IrReading};
 use rover_shared::supervisor::{Input, Loop, Supervisor};
 use rover_shared::time::{Duration, Instant};
-use rover_shared::units::{Microdegrees, Micrometres};
+use rover_shared::units::Micrometres;
 use rover_shared::wire::frame::{Decoder, Encoder, FrameError, MAX_FRAME};
 use rover_shared::wire::message::{
     Ack, ChannelHealth, Command, CompassHealth, Report, ResetReason,
 };
 
+use self::body::Body;
 use super::{Port, PortError};
 
 static COEFFICIENTS: Coefficients = match Coefficients::new(&Parameters::ROVER) {
@@ -42,9 +45,6 @@ const LOOPS: [Loop; 5] = [
     Loop::Store,
 ];
 
-/// Half the room's width, and the half of the rover that keeps its middle from the walls, in cm.
-const ROOM: f64 = 150.0;
-const BODY: f64 = 17.5;
 /// Where the range sensors look, in degrees to the left: front left, front right, left, right.
 const BEAMS: [f64; CHANNELS] = [0.0, 0.0, 45.0, -45.0];
 
@@ -66,13 +66,6 @@ pub struct Loopback {
     sent: VecDeque<u8>,
 }
 
-struct Body {
-    /// From the middle of the room, in cm.
-    x: f64,
-    y: f64,
-    heading: Microdegrees,
-}
-
 impl Loopback {
     /// A rover that was just switched on and knows nothing.
     ///
@@ -82,11 +75,7 @@ impl Loopback {
             rover: new_rover(seed),
             supervisor: Supervisor::new(Instant(0), ResetReason::PowerOn),
             now: Instant(0),
-            body: Body {
-                x: 0.0,
-                y: 0.0,
-                heading: Microdegrees(0),
-            },
+            body: Body::default(),
             applied: WheelCommand::STOP,
             compass: CompassHealth::Good,
             lose: 0,
@@ -286,38 +275,6 @@ fn counts_at(curve: &RangeCurve, cm: f64) -> AdcCount {
         }
     }
     AdcCount::new(low).unwrap_or(AdcCount::ZERO)
-}
-
-impl Body {
-    /// One control period with these wheels: full duty against each other turns by 180 degrees a
-    /// second, and full duty ahead goes 40 cm a second.
-    fn move_on(&mut self, wheels: WheelCommand) {
-        let (left, right) = (i32::from(wheels.left()), i32::from(wheels.right()));
-        self.heading = self.heading.turned(Microdegrees((right - left) * 1_800));
-        let ahead = f64::from(left + right) / 2_000.0 * 40.0 * PERIOD.0 as f64 / 1e6;
-        let (sin, cos) = self.towards(0.0);
-        let within = |x: f64| x.clamp(BODY - ROOM, ROOM - BODY);
-        self.x = within(self.x + ahead * cos);
-        self.y = within(self.y + ahead * sin);
-    }
-
-    /// Sine and cosine of the direction that many degrees to the left of the heading.
-    fn towards(&self, degrees: f64) -> (f64, f64) {
-        libm::sincos((f64::from(self.heading.0) / 1e6 + degrees).to_radians())
-    }
-
-    /// Free way from 10 cm behind the bumper in that direction to the wall, in cm.
-    fn free_cm(&self, degrees: f64) -> f64 {
-        let (sin, cos) = self.towards(degrees);
-        let to_wall = |from: f64, slope: f64| {
-            if slope.abs() < 1e-9 {
-                f64::INFINITY
-            } else {
-                (ROOM * slope.signum() - from) / slope
-            }
-        };
-        to_wall(self.x, cos).min(to_wall(self.y, sin)) - (BODY - 10.0)
-    }
 }
 
 /// The port of a rover in this process; the rover can be reached beside it.

@@ -13,6 +13,7 @@
 //! | `discovery` | which serial ports are rovers |
 //! | `loopback` | a rover in this process, for tests |
 //! | `client` | the conversation: [`Client`] |
+//! | `error` | what can go wrong with it |
 //! | `inbox` | reports that wait to be read, and what was lost |
 //! | `knowledge` | whole knowledge from the rover and to it |
 //! | `refusal` | why a rover refused, as a sentence with the next step |
@@ -23,6 +24,7 @@
 
 mod client;
 pub mod discovery;
+mod error;
 mod inbox;
 mod knowledge;
 pub mod loopback;
@@ -30,7 +32,8 @@ mod port;
 mod refusal;
 pub mod serial;
 
-pub use client::{Client, LinkError, name_of};
+pub use client::Client;
+pub use error::{LinkError, name_of};
 pub use inbox::{Counters, Received};
 pub use port::{Port, PortError};
 pub use refusal::{channel_health, channel_name, compass_health, explain, fault_name};

@@ -10,7 +10,6 @@ use rover_shared::units::Microdegrees;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::Origin;
 use crate::arena::{Motion, Pose};
 use crate::experiment::{Ending, TaskKind};
 
@@ -86,10 +85,15 @@ pub struct Chain(u32);
 
 impl Chain {
     /// The beginning of the chain of a log with this origin, so that the origin is covered too.
-    pub fn new(origin: &Origin) -> Result<Self, serde_json::Error> {
+    pub fn new(origin: &impl Serialize) -> Result<Self, serde_json::Error> {
         let mut chain = Self(0);
         chain.add(&serde_json::to_vec(origin)?);
         Ok(chain)
+    }
+
+    /// The checksum so far.
+    pub fn value(&self) -> u32 {
+        self.0
     }
 
     /// The message as JSON, with the checksum up to it as its last field.
@@ -128,6 +132,7 @@ impl Chain {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Origin;
     use rover_shared::learning::Mode;
 
     fn chain() -> Chain {

@@ -18,10 +18,14 @@
 //! |---|---|
 //! | `message` | the messages, their schemas and the checksum that chains them |
 //! | `writer`, `reader` | whole logs |
+//! | `recording` | logs of a rover, as it was heard over its port |
+//! | `session` | what both kinds of logs have in common, and replays start from |
 //! | `table` | drives recorded by others, as CSV |
 
 pub mod message;
 mod reader;
+pub mod recording;
+pub mod session;
 pub mod table;
 mod writer;
 

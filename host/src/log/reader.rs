@@ -10,6 +10,8 @@ use mcap::records::{ChunkHeader, Record};
 use rover_shared::learning::Mode;
 
 use super::message::{Chain, End, Step};
+use super::recording::{Recording, SOURCE};
+use super::session::Sessions;
 use super::{AFTER, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
 
 /// One message, in the order in which they were written.
@@ -51,6 +53,12 @@ pub enum ReadError {
     /// It is of another version.
     #[error("a log of format {0}, expected format {FORMAT}: use the version that wrote it")]
     Format(String),
+    /// It is a recording that begins in the middle of a drive.
+    #[error(
+        "a recording in which no session's starting knowledge is known: record from before the \
+         rover begins to drive"
+    )]
+    NoStart,
     /// A chunk's checksum is wrong.
     #[error("damaged after message {0}: {1}")]
     Damaged(usize, mcap::McapError),
@@ -60,7 +68,8 @@ pub enum ReadError {
 }
 
 impl Log {
-    /// Reads a log from the contents of its file. A log that was cut off is read up to the cut.
+    /// Reads a log from the contents of its file. A log that was cut off is read up to the cut. Of a
+    /// rover's recording the sessions stand for the trials, from the first that begins in it.
     ///
     /// # Errors
     /// If it is not a log of this version, or a part of it was changed by anything but cutting.
@@ -70,6 +79,12 @@ impl Log {
         }
         let (metadata, mut attachments) = read_records(file)?;
         let metadata = metadata.ok_or(ReadError::Foreign("the metadata turing-rover"))?;
+        if metadata
+            .get("source")
+            .is_some_and(|source| source == SOURCE)
+        {
+            return Sessions::from(Recording::read(&[file])?).try_into();
+        }
         let origin = read_origin(&metadata)?;
         let before = attachments
             .remove(BEFORE)
@@ -146,10 +161,10 @@ impl Log {
 }
 
 /// The topics of channels.
-type Topics = BTreeMap<u16, String>;
+pub(super) type Topics = BTreeMap<u16, String>;
 
 /// The records of a chunk whose checksum is right: nothing else is taken apart.
-fn whole_chunk(
+pub(super) fn whole_chunk(
     header: ChunkHeader,
     data: &[u8],
     at: usize,
@@ -173,10 +188,12 @@ fn whole_chunk(
         .map_err(damaged)
 }
 
-type Attachments = BTreeMap<String, Vec<u8>>;
+pub(super) type Attachments = BTreeMap<String, Vec<u8>>;
 
 /// Metadata and attachments, as far as the file reaches.
-fn read_records(file: &[u8]) -> Result<(Option<BTreeMap<String, String>>, Attachments), ReadError> {
+pub(super) fn read_records(
+    file: &[u8],
+) -> Result<(Option<BTreeMap<String, String>>, Attachments), ReadError> {
     let (mut metadata, mut attachments) = (None, Attachments::new());
     for record in LinearReader::new_with_options(file, EnumSet::only(Options::IgnoreEndMagic))? {
         match record {
@@ -212,7 +229,7 @@ fn read_origin(metadata: &BTreeMap<String, String>) -> Result<Origin, ReadError>
 }
 
 /// Whether the file was cut off rather than changed: what was cut off does not end as logs do.
-fn is_cut(error: &mcap::McapError, file: &[u8]) -> bool {
+pub(super) fn is_cut(error: &mcap::McapError, file: &[u8]) -> bool {
     let early = matches!(
         error,
         mcap::McapError::UnexpectedEof

@@ -3,10 +3,11 @@ use std::rc::Rc;
 
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
-    CompassHealth, EventKind, Fault, Mode, Outcome, ResetReason, State, Task,
+    CompassHealth, EventKind, Fault, Mode, Outcome, Refusal, ResetReason, State, Task,
 };
 
 use super::*;
+use crate::link::PortError;
 use crate::link::loopback::{Loopback, LoopbackPort};
 
 /// What a test has in its hands: the client, the rover behind it, and the cable between.

@@ -1,0 +1,376 @@
+//! Logs are read by the MCAP project's Python library, and each message is what its schema says.
+
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+
+use rover_host::arena::{ArenaSource, Layout};
+use rover_host::experiment::{Known, SessionPlan, learn};
+use rover_host::knowledge;
+use rover_host::link::{Counters, Received};
+use rover_host::log::recording::{Recording, RecordingWriter, Topic};
+use rover_host::log::{LogWriter, Origin};
+use rover_shared::controller::StepRecord;
+use rover_shared::parameters::{Coefficients, Parameters};
+use rover_shared::sensing::Sample;
+use rover_shared::time::Instant;
+use rover_shared::units::{Microdegrees, Micrometres};
+use rover_shared::wire::message::{
+    Ack, ActionRecord, ChannelHealth, CompassHealth, Counters as Faults, Event, EventKind, Fault,
+    FaultReport, Hello, Mode, Outcome, Refusal, Report, ResetReason, State, Status, Task,
+};
+use serde_json::Value;
+
+/// A Python with the packages; `None`, and a sentence, where there is none.
+static PYTHON: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
+    let python = python();
+    if let Err(missing) = &python {
+        eprintln!("not checked with Python's mcap: {missing}");
+    }
+    python.ok()
+});
+
+fn python() -> Result<PathBuf, String> {
+    let has_packages = |python: &Path| {
+        let check = Command::new(python)
+            .args(["-c", "import mcap.reader, jsonschema"])
+            .output();
+        check.is_ok_and(|output| output.status.success())
+    };
+    let plain = PathBuf::from("python3");
+    if has_packages(&plain) {
+        return Ok(plain);
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python");
+    let python = folder.join("bin").join("python");
+    if has_packages(&python) {
+        return Ok(python);
+    }
+    let run = |command: &mut Command, what: &str| match command.output() {
+        Ok(output) if output.status.success() => Ok(()),
+        Ok(_) => Err(format!("{what} failed")),
+        Err(error) => Err(format!("{what}: {error}")),
+    };
+    let mut venv = Command::new("python3");
+    venv.args(["-m", "venv", "--clear"]).arg(&folder);
+    run(&mut venv, "`python3 -m venv` (install Python 3 with venv)")?;
+    let mut pip = Command::new(&python);
+    let quick = ["--timeout", "10", "--retries", "1"];
+    pip.args(["-m", "pip", "install", "--quiet", "mcap", "jsonschema"]);
+    pip.args(quick);
+    run(
+        &mut pip,
+        "`pip install mcap jsonschema` (connect to the Internet, or install them)",
+    )?;
+    if has_packages(&python) {
+        Ok(python)
+    } else {
+        Err("the packages mcap and jsonschema cannot be imported".into())
+    }
+}
+
+/// What Python found in a log; `None` without Python.
+fn read(log: &Path) -> Option<Value> {
+    let python = PYTHON.as_ref()?;
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/read_log.py");
+    let output = Command::new(python).arg(script).arg(log).output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    Some(serde_json::from_slice(&output.stdout).unwrap())
+}
+
+#[test]
+fn a_simulations_log_is_read_by_others() {
+    let coefficients = Coefficients::new(&Parameters::PAPER).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for follow_direction in [false, true] {
+        let plan = SessionPlan {
+            seed: 3,
+            trials: 4,
+            steps: 100,
+            follow_direction,
+            arenas: ArenaSource::from(Layout::paper()),
+        };
+        let known = Known::new(&coefficients.learning);
+        let before = knowledge::to_bytes(&known, coefficients.parameters());
+        let origin = Origin {
+            seed: 3,
+            mode: rover_shared::learning::Mode::Learn,
+            writer: "test".into(),
+        };
+        let mut log = LogWriter::new(Cursor::new(Vec::new()), &origin, &before).unwrap();
+        let learned = learn(&plan, &coefficients, &mut log, |_| {});
+        let after = knowledge::to_bytes(&learned.knowledge, coefficients.parameters());
+        let bytes = log.finish(&after).unwrap().into_inner();
+        let path = folder.path().join("learn.mcap");
+        std::fs::write(&path, &bytes).unwrap();
+        let Some(found) = read(&path) else {
+            return;
+        };
+        let steps: u32 = learned.trials.iter().map(|trial| trial.steps).sum();
+        assert_eq!(found["topics"]["/step"]["messages"], steps);
+        assert_eq!(found["topics"]["/step"]["schema"], "Step");
+        assert_eq!(found["topics"]["/end"]["messages"], 4);
+        assert_eq!(found["counted"]["/step"], steps);
+        let attachments: Vec<_> = found["attachments"].as_array().unwrap().iter().collect();
+        assert_eq!(attachments.len(), 2);
+        assert_eq!(found["metadata"]["turing-rover"]["seed"], "3");
+    }
+}
+
+#[test]
+fn a_recording_with_every_kind_of_message_is_read_by_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    let mut log = RecordingWriter::create(&path, None, "test", None).unwrap();
+    let mut expected = std::collections::BTreeMap::new();
+    for (sequence, report) in (0..).zip(reports()) {
+        let topic = topic(&report);
+        *expected.entry(topic.name()).or_insert(0) += 1;
+        log.hear(&Received {
+            at: Instant(u64::from(sequence) * 1_000),
+            sequence,
+            lost: u32::from(sequence % 3),
+            report,
+        })
+        .unwrap();
+    }
+    log.gap(Instant(900_000), "unplugged").unwrap();
+    let coefficients = Coefficients::new(&Parameters::ROVER).unwrap();
+    let known = Known::new(&coefficients.learning);
+    let bytes = knowledge::to_bytes(&known, &Parameters::ROVER);
+    log.knowledge(Instant(900_000), &bytes).unwrap();
+    expected.extend([("/gap", 1), ("/knowledge", 1)]);
+    let written = log.finish(Counters::default()).unwrap();
+    // Ours first: what was written is what is read.
+    let recording = Recording::read(&[std::fs::read(&path).unwrap()]).unwrap();
+    assert_eq!(recording.messages.len() as u64, written.messages);
+    let heard: Vec<_> = recording
+        .messages
+        .iter()
+        .filter_map(|message| match &message.what {
+            rover_host::log::recording::What::Report(report) => Some((**report).clone()),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(heard, reports());
+    assert_eq!(recording.knowledge.values().collect::<Vec<_>>(), [&bytes]);
+
+    let Some(found) = read(&path) else {
+        return;
+    };
+    for topic in Topic::ALL {
+        let name = topic.name();
+        assert_eq!(found["topics"][name]["messages"], expected[name], "{name}");
+        assert_eq!(found["counted"][name], expected[name], "{name}");
+        assert_eq!(found["topics"][name]["schema"], format!("{topic:?}"));
+    }
+    let end = &found["metadata"]["turing-rover-end"];
+    assert_eq!(end["messages"], written.messages.to_string());
+    assert_eq!(end["lost_frames"], written.lost_frames.to_string());
+    assert_eq!(found["attachments"][0]["bytes"], bytes.len());
+}
+
+fn topic(report: &Report) -> Topic {
+    match report {
+        Report::Hello(_) => Topic::Hello,
+        Report::Ack(_) => Topic::Ack,
+        Report::Status(_) => Topic::Status,
+        Report::Action(_) => Topic::Action,
+        Report::Event(_) => Topic::Event,
+        Report::Fault(_) => Topic::Fault,
+        Report::LastWords(_) => Topic::LastWords,
+        Report::Knowledge(_) => unreachable!("chunks are not recorded"),
+    }
+}
+
+/// Every kind of report, and every value that its enums take.
+fn reports() -> Vec<Report> {
+    let mut reports = vec![Report::LastWords(
+        "panicked at board.rs:3".try_into().unwrap(),
+    )];
+    reports.extend(hellos());
+    reports.extend(actions());
+    reports.extend(events());
+    reports.extend(acks());
+    for (fault, time) in Fault::ALL.into_iter().zip(0..) {
+        reports.push(Report::Fault(FaultReport {
+            time: Instant(time),
+            fault,
+            count: 3,
+        }));
+    }
+    for (state, heading) in states()
+        .into_iter()
+        .zip([None, Some(Microdegrees(-7))].into_iter().cycle())
+    {
+        reports.push(Report::Status(Status {
+            time: Instant(5),
+            state,
+            motors_enabled: heading.is_some(),
+            task: Task::FollowChangingDirection,
+            direction: Microdegrees(-170_000_000),
+            steps: 7,
+            counts: [0, 4_095, 1, 2],
+            distances: [Micrometres(u32::MAX); 4],
+            heading,
+            ranges: [ChannelHealth::Good; 4],
+            compass: CompassHealth::Good,
+            counters: Faults::default(),
+        }));
+    }
+    reports
+}
+
+fn hellos() -> Vec<Report> {
+    use ResetReason::{HardFault, Panic, PowerOn, Requested, RunPin, Watchdog};
+    [PowerOn, RunPin, Watchdog, Panic, HardFault, Requested]
+        .into_iter()
+        .zip([None, Some(u32::MAX)].into_iter().cycle())
+        .map(|(reset, knowledge)| {
+            Report::Hello(Hello {
+                schema: 1,
+                board: "loopback".try_into().unwrap(),
+                firmware: "0.1.0".try_into().unwrap(),
+                reset,
+                seed: u64::MAX,
+                knowledge,
+            })
+        })
+        .collect()
+}
+
+/// Actions as the core makes them, and one with nothing in it.
+fn actions() -> Vec<Report> {
+    use Outcome::{CompassLost, Completed, Late, NoProgress, Obstacle, Stopped, TurnTimeout};
+    let coefficients = Coefficients::new(&Parameters::ROVER).unwrap();
+    let mut known = Known::new(&coefficients.learning);
+    let rng = rover_shared::random::Generator::new(1);
+    let mode = rover_shared::learning::Mode::Learn;
+    let rule = rover_shared::action::motor_map::PaperRule;
+    let mut controller =
+        rover_shared::controller::Controller::new(&coefficients, rule, &mut known, rng, mode);
+    let task = rover_shared::reward::FollowDirection(Microdegrees(0));
+    let outcomes = [
+        Completed,
+        Obstacle,
+        NoProgress,
+        TurnTimeout,
+        CompassLost,
+        Late,
+        Stopped,
+    ];
+    let sample = |i: u32| Sample {
+        front: Micrometres::from_cm(14 + i * 7 % 50),
+        left: Micrometres::from_cm(14 + i * 11 % 50),
+        right: Micrometres::from_cm(64),
+        heading: Microdegrees::from_degrees(i as i32 * 5 - 90),
+        target_bearing: None,
+    };
+    let record = |i: u32, step: StepRecord| {
+        Report::Action(ActionRecord {
+            time: Instant(u64::from(i) * 1_000_000),
+            counts: [1, 2, 3, 4],
+            ranges: [ChannelHealth::Good; 4],
+            compass: CompassHealth::Good,
+            sample: sample(i),
+            step,
+            outcome: outcomes[i as usize % outcomes.len()],
+            counters: Faults::default(),
+        })
+    };
+    let mut actions: Vec<_> = (0..60u32)
+        .map(|i| record(i, controller.step(&sample(i), &task)))
+        .collect();
+    let nothing = StepRecord {
+        step: 0,
+        sensed: None,
+        learned: None,
+        perceived: None,
+        action: rover_shared::action::Action::STAY,
+    };
+    actions.push(record(60, nothing));
+    actions
+}
+
+fn states() -> Vec<State> {
+    let modes = [Mode::Idle, Mode::Learn, Mode::Run, Mode::Host].map(State::Driving);
+    let faults = Fault::ALL.map(State::Faulted);
+    let plain = [State::Disarmed, State::Armed];
+    plain.into_iter().chain(modes).chain(faults).collect()
+}
+
+fn healths() -> [ChannelHealth; 7] {
+    use ChannelHealth::{Frozen, Good, NotFitted, Open, Shorted, Silent, Unknown};
+    [Unknown, Good, Open, Shorted, Frozen, Silent, NotFitted]
+}
+
+fn compasses() -> [CompassHealth; 4] {
+    use CompassHealth::{Good, Implausible, Silent, Unknown};
+    [Unknown, Good, Silent, Implausible]
+}
+
+fn events() -> Vec<Report> {
+    let mut kinds: Vec<EventKind> = states().into_iter().map(EventKind::State).collect();
+    kinds.extend(healths().map(|health| EventKind::Range { channel: 3, health }));
+    kinds.extend(compasses().map(EventKind::Compass));
+    kinds.push(EventKind::MoveEnded(Outcome::Late));
+    kinds.push(EventKind::Direction(Microdegrees::HALF_TURN));
+    kinds.push(EventKind::KnowledgeStored { fingerprint: 9 });
+    kinds.push(EventKind::Session {
+        mode: Mode::Learn,
+        seed: u64::MAX,
+        knowledge: u32::MAX,
+    });
+    let event = |kind| {
+        Report::Event(Event {
+            time: Instant(u64::MAX),
+            kind,
+        })
+    };
+    kinds.into_iter().map(event).collect()
+}
+
+fn acks() -> Vec<Report> {
+    use Refusal::{
+        Armed, BadCalibration, BadChecksum, BadKnowledge, ChunkOutOfOrder, ControlSilent,
+        FlashBusy, KnowledgeInvalid, MoveUnderWay, NoHeartbeat, NoHello, NotArmed, NotHostDriven,
+        OutOfRange, SchemaMismatch, TooLong, Unsupported,
+    };
+    let mut refusals = vec![
+        NoHello,
+        SchemaMismatch,
+        NotArmed,
+        Armed,
+        KnowledgeInvalid,
+        ControlSilent,
+        FlashBusy,
+        NoHeartbeat,
+        NotHostDriven,
+        MoveUnderWay,
+        OutOfRange,
+        BadCalibration,
+        ChunkOutOfOrder,
+        TooLong,
+        BadChecksum,
+        BadKnowledge,
+        Unsupported,
+    ];
+    refusals.extend(Fault::ALL.map(Refusal::Fault));
+    refusals.extend(compasses().map(Refusal::Compass));
+    refusals.extend(healths().map(|health| Refusal::RangeSensor { channel: 0, health }));
+    let results = std::iter::once(Ok(())).chain(refusals.into_iter().map(Err));
+    let ack = |result| {
+        Report::Ack(Ack {
+            sequence: 7,
+            result,
+        })
+    };
+    results.map(ack).collect()
+}
