@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use proptest::sample::select;
 use rover_host::link::Counters as FrameCounters;
-use rover_host::monitor::{Connection, Happening, Playback};
+use rover_host::monitor::{Connection, Happening, Origin, Playback};
 use rover_shared::action::Action;
 use rover_shared::controller::{Familiarity, Learned, Perceived, Sensed, StepRecord};
 use rover_shared::learning::StaircaseChange;
@@ -17,7 +17,9 @@ use rover_shared::wire::message::*;
 
 fn health() -> impl Strategy<Value = ChannelHealth> {
     use ChannelHealth::*;
-    select(vec![Unknown, Good, Open, Shorted, Frozen, Silent, NotFitted])
+    select(vec![
+        Unknown, Good, Open, Shorted, Frozen, Silent, NotFitted,
+    ])
 }
 
 fn compass() -> impl Strategy<Value = CompassHealth> {
@@ -102,11 +104,12 @@ fn sensed() -> impl Strategy<Value = Sensed> {
 }
 
 fn learned() -> impl Strategy<Value = Learned> {
-    let change = (0usize..4, 0u32..10, any::<i32>()).prop_map(|(of, step, amount)| StaircaseChange {
-        stimulus: Stimulus::ALL[of],
-        step: StepIndex::saturating(step),
-        amount,
-    });
+    let change =
+        (0usize..4, 0u32..10, any::<i32>()).prop_map(|(of, step, amount)| StaircaseChange {
+            stimulus: Stimulus::ALL[of],
+            step: StepIndex::saturating(step),
+            amount,
+        });
     (code(), any::<i32>(), angle(), prop::option::of(change)).prop_map(
         |(code, reward_difference, phase, staircase)| Learned {
             code,
@@ -135,19 +138,29 @@ fn step() -> impl Strategy<Value = StepRecord> {
     let number = prop_oneof![0u32..20, any::<u32>()];
     let (sensed, learned) = (prop::option::of(sensed()), prop::option::of(learned()));
     let action = (angle(), distance()).prop_map(|(phase, module)| Action { phase, module });
-    (number, sensed, learned, prop::option::of(perceived()), action).prop_map(
-        |(step, sensed, learned, perceived, action)| StepRecord {
+    (
+        number,
+        sensed,
+        learned,
+        prop::option::of(perceived()),
+        action,
+    )
+        .prop_map(|(step, sensed, learned, perceived, action)| StepRecord {
             step,
             sensed,
             learned,
             perceived,
             action,
-        },
-    )
+        })
 }
 
 fn action() -> impl Strategy<Value = ActionRecord> {
-    let sensors = (any::<[u16; 4]>(), prop::array::uniform4(health()), compass(), sample());
+    let sensors = (
+        any::<[u16; 4]>(),
+        prop::array::uniform4(health()),
+        compass(),
+        sample(),
+    );
     (time(), sensors, step(), outcome(), counters()).prop_map(
         |(time, (counts, ranges, compass, sample), step, outcome, counters)| ActionRecord {
             time,
@@ -278,14 +291,14 @@ pub fn happening() -> impl Strategy<Value = Happening> {
     let begin = any::<bool>().prop_map(|valid| {
         let parameters = rover_shared::parameters::Parameters::ROVER;
         let known = rover_host::experiment::Known::default();
-        Happening::Begin {
+        Happening::Begin(Some(Origin {
             seed: 1,
             knowledge: if valid {
                 rover_host::knowledge::to_bytes(&known, &parameters)
             } else {
                 vec![1, 2, 3]
             },
-        }
+        }))
     });
     let playback = (any::<bool>(), any::<f64>(), any::<usize>(), any::<usize>()).prop_map(
         |(playing, speed, at, of)| {
@@ -312,6 +325,7 @@ pub fn happening() -> impl Strategy<Value = Happening> {
         2 => connection().prop_map(Happening::Connection),
         2 => answer,
         1 => begin,
+        1 => any::<String>().prop_map(Happening::Gap),
         1 => playback,
         1 => frames,
     ]

@@ -153,7 +153,9 @@ fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
         Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
     let left = show(&mut screen, &mut scene.source, &mut next, Look::default());
-    let error = left.expect_err("it was unplugged while it drove").to_string();
+    let error = left
+        .expect_err("it was unplugged while it drove")
+        .to_string();
     assert!(error.contains("may still drive"), "{error}");
 }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rover_host::monitor::Source;
 use rover_host::monitor::plain::{Plain, understand};
 use rover_host::monitor::recording::Recording;
-use rover_host::monitor::terminal::{Input, tell};
+use rover_host::monitor::terminal::{Input, Lines, tell};
 
 use crate::scene::{Scene, simulation};
 
@@ -14,6 +14,10 @@ const SECOND: Duration = Duration::from_secs(1);
 
 /// What is told, with lines typed at these seconds.
 fn told(source: &mut dyn Source, every: Duration, typed: &[(u64, &str)]) -> Vec<String> {
+    told_as(source, Lines::Plain(Plain::new(every)), typed)
+}
+
+fn told_as(source: &mut dyn Source, made: Lines, typed: &[(u64, &str)]) -> Vec<String> {
     let mut typed = VecDeque::from(typed.to_vec());
     let start = source.now();
     let mut next = |now: Duration| {
@@ -30,7 +34,7 @@ fn told(source: &mut dyn Source, every: Duration, typed: &[(u64, &str)]) -> Vec<
         lines.push(line.to_owned());
         true
     };
-    tell(source, Plain::new(every), &mut next, &mut print).expect("the rover acknowledges");
+    tell(source, made, &mut next, &mut print).expect("the rover acknowledges");
     lines
 }
 
@@ -112,21 +116,71 @@ fn when_nobody_reads_the_rover_is_stopped() {
         read -= 1;
         read > 0
     };
-    let told = tell(&mut scene.source, Plain::new(Duration::ZERO), &mut |_| None, &mut print);
+    let made = Lines::Plain(Plain::new(Duration::ZERO));
+    let told = tell(&mut scene.source, made, &mut |_| None, &mut print);
     assert_eq!(told, Ok(()));
     scene.run(2);
     assert!(scene.picture(80, 24).contains("DISARMED"));
 }
 
 #[test]
+fn programs_are_told_everything_as_json() {
+    let mut scene = Scene::unseen(1);
+    let typed = [(1, "arm"), (2, "learn"), (3, "dance"), (60, "quit")];
+    let lines = told_as(&mut scene.source, Lines::Json, &typed);
+    let mut topics = std::collections::BTreeMap::<String, u32>::new();
+    for line in &lines {
+        let value: serde_json::Value = serde_json::from_str(line).expect("each is JSON");
+        assert!(
+            value["at_us"].is_u64() && value["message"].is_object(),
+            "{line}"
+        );
+        let topic = value["topic"].as_str().expect("each has a topic");
+        *topics.entry(topic.into()).or_default() += 1;
+    }
+    for topic in [
+        "/connection",
+        "/hello",
+        "/status",
+        "/action",
+        "/event",
+        "/answer",
+        "/said",
+    ] {
+        assert!(topics.contains_key(topic), "no {topic} in {topics:?}");
+    }
+    assert!(topics["/action"] > 20, "no action is left out: {topics:?}");
+}
+
+#[test]
 fn every_line_that_the_help_names_is_understood() {
     for line in [
-        "arm", "disarm", "", "learn", "run", "idle", "direction 15", "fixed", "wander", "store",
-        "status", "patterns", "staircases", "help", "quit", "leave",
+        "arm",
+        "disarm",
+        "",
+        "learn",
+        "run",
+        "idle",
+        "direction 15",
+        "fixed",
+        "wander",
+        "store",
+        "status",
+        "patterns",
+        "staircases",
+        "help",
+        "quit",
+        "leave",
     ] {
         assert!(understand(line).is_ok(), "{line}");
     }
-    for line in ["arm now", "direction", "direction 1 2", "direction 400", "x"] {
+    for line in [
+        "arm now",
+        "direction",
+        "direction 1 2",
+        "direction 400",
+        "x",
+    ] {
         assert!(understand(line).is_err(), "{line}");
     }
 }

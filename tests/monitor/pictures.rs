@@ -86,14 +86,22 @@ fn a_log_of_a_simulation() {
     recording.control(Control::End);
     let watch = watched(&mut recording, Duration::from_secs(60));
     compare("log-80x24", &picture(&watch, true, 80, 24, Look::default()));
-    compare("log-120x40", &picture(&watch, true, 120, 40, Look::default()));
+    compare(
+        "log-120x40",
+        &picture(&watch, true, 120, 40, Look::default()),
+    );
 }
 
 #[test]
 fn a_terminal_that_is_too_small_says_so() {
     let scene = Scene::learning(7, 10);
     let small = scene.picture(40, 10);
-    for part in ["DRIVING", "40 columns and 10 rows", "80 and 24", "space disarms"] {
+    for part in [
+        "DRIVING",
+        "40 columns and 10 rows",
+        "80 and 24",
+        "space disarms",
+    ] {
         let text = small.replace('\n', " ");
         assert!(text.contains(part), "no \"{part}\" in:\n{small}");
     }

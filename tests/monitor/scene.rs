@@ -90,7 +90,13 @@ impl Scene {
     }
 
     pub fn picture(&self, columns: u16, rows: u16) -> String {
-        picture(&self.watch, self.source.is_log(), columns, rows, Look::default())
+        picture(
+            &self.watch,
+            self.source.is_log(),
+            columns,
+            rows,
+            Look::default(),
+        )
     }
 }
 

@@ -1,19 +1,21 @@
 //! `rover monitor`
 
 use std::io::{BufRead, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::Failure;
 use super::interrupt::Interrupt;
 use super::port::PortArguments;
-use crate::log::Log;
+use crate::log::{self, Log};
 use crate::monitor::Source;
 use crate::monitor::live::Live;
 use crate::monitor::plain::Plain;
 use crate::monitor::recording::Recording;
-use crate::monitor::terminal::{Input, Pacer, next_key, show, tell};
+use crate::monitor::terminal::{Input, Lines, Pacer, next_key, show, tell};
 use crate::monitor::view::Look;
 
 /// Lines typed ahead that are kept.
@@ -21,14 +23,17 @@ const TYPED_AHEAD: usize = 16;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Show this log (.mcap) instead of a rover
+    /// Show this log, or all files of a recording in order, instead of a rover
     #[arg(value_name = "FILE.mcap", conflicts_with = "port")]
-    file: Option<PathBuf>,
+    files: Vec<PathBuf>,
     #[command(flatten)]
     port: PortArguments,
     /// Lines of text instead of a dashboard, for screen readers and pipes; commands are typed
     #[arg(long)]
     plain: bool,
+    /// Lines of JSON for programs: one object for everything that happens
+    #[arg(long, conflicts_with = "plain")]
+    json: bool,
     /// With --plain: tell of at most one action in so many seconds
     #[arg(long, value_name = "SECONDS", default_value = "2")]
     every: f64,
@@ -46,48 +51,73 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut source = open(arguments)?;
     let source = &mut *source;
+    if arguments.json {
+        return run_lines(source, Lines::Json);
+    }
     if arguments.plain || !std::io::stdout().is_terminal() || is_dumb() {
-        return run_plain(source, Plain::new(every));
+        return run_lines(source, Lines::Plain(Plain::new(every)));
     }
     let look = Look {
         colour: !is_set("NO_COLOR"),
         ascii: arguments.ascii || !shows_unicode(|name| std::env::var(name).ok()),
     };
+    // The keyboard's Ctrl-C is a key here, but others may ask the program to end.
+    let (interrupt, mut interrupted) = (Interrupt::listen()?, false);
     let mut terminal = ratatui::try_init().map_err(|error| {
-        Failure::Failed(format!("the terminal cannot be used ({error}): try --plain"))
+        Failure::Failed(format!(
+            "the terminal cannot be used ({error}): try --plain"
+        ))
     })?;
     let mut pacer = Pacer::new(source.now());
-    let shown = show(
-        &mut terminal,
-        source,
-        &mut |now| {
-            pacer.wait(now);
-            next_key()
-        },
-        look,
-    );
+    let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    let mut keys = |now| {
+        pacer.wait(now);
+        match interrupt.is_set() && !std::mem::replace(&mut interrupted, true) {
+            true => Ok(Some(ctrl_c)),
+            false => next_key(),
+        }
+    };
+    let shown = show(&mut terminal, source, &mut keys, look);
     ratatui::restore();
     Ok(shown?)
 }
 
 fn open(arguments: &Arguments) -> Result<Box<dyn Source>, Failure> {
-    match &arguments.file {
-        Some(path) => Ok(Box::new(open_log(path)?)),
-        None => Ok(Box::new(Live::new(arguments.port.connect()?))),
+    match &arguments.files[..] {
+        [] => Ok(Box::new(Live::new(arguments.port.connect()?))),
+        files => Ok(Box::new(open_log(files)?)),
     }
 }
 
-fn open_log(path: &Path) -> Result<Recording, Failure> {
-    let name = path.display().to_string();
+fn open_log(paths: &[PathBuf]) -> Result<Recording, Failure> {
+    let names: Vec<_> = paths
+        .iter()
+        .map(|path| path.display().to_string())
+        .collect();
+    let name = names.join(", ");
     let fail = |error: &dyn std::fmt::Display| Failure::Failed(format!("{name}: {error}"));
-    let bytes = std::fs::read(path).map_err(|error| fail(&format!("cannot be read: {error}")))?;
-    let log = Log::read(&bytes).map_err(|error| fail(&error))?;
-    Ok(Recording::of_simulation(name, log))
+    let mut files = Vec::new();
+    for path in paths {
+        let read = std::fs::read(path);
+        files.push(read.map_err(|error| fail(&format!("cannot be read: {error}")))?);
+    }
+    // The folder matters less on the screen than how far the showing is.
+    let title = paths[0].file_name().unwrap_or_default().to_string_lossy();
+    match &files[..] {
+        [file] if !log::recording::Recording::is_one(file) => {
+            let log = Log::read(file).map_err(|error| fail(&error))?;
+            Ok(Recording::of_simulation(title.into(), log))
+        }
+        files => {
+            let recorded = log::recording::Recording::read(files).map_err(|error| fail(&error))?;
+            Ok(Recording::of_rover(title.into(), recorded))
+        }
+    }
 }
 
-fn run_plain(source: &mut dyn Source, plain: Plain) -> Result<(), Failure> {
+fn run_lines(source: &mut dyn Source, made: Lines) -> Result<(), Failure> {
     let (interrupt, mut interrupted) = (Interrupt::listen()?, false);
-    let lines = typed_lines();
+    let typed_ahead = typed_lines();
     let mut pacer = Pacer::new(source.now());
     let waits = !source.is_log();
     let mut typed = |now| {
@@ -97,7 +127,7 @@ fn run_plain(source: &mut dyn Source, plain: Plain) -> Result<(), Failure> {
         if interrupt.is_set() && !std::mem::replace(&mut interrupted, true) {
             return Some(Input::Interrupt);
         }
-        lines.try_recv().ok().map(Input::Line)
+        typed_ahead.try_recv().ok().map(Input::Line)
     };
     let mut failure = None;
     let mut write = |line: &str| {
@@ -111,7 +141,7 @@ fn run_plain(source: &mut dyn Source, plain: Plain) -> Result<(), Failure> {
             }
         }
     };
-    tell(source, plain, &mut typed, &mut write)?;
+    tell(source, made, &mut typed, &mut write)?;
     failure.map_or(Ok(()), Err)
 }
 

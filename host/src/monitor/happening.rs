@@ -28,14 +28,13 @@ pub enum Happening {
     },
     /// What happened to frames on the way, and reports on this side.
     Frames(Counters),
-    /// A log is shown from its start: all that was shown before is void. These are the seed and
-    /// the knowledge that it starts from, as bytes.
-    Begin {
-        /// The seed of the controller's generator.
-        seed: u64,
-        /// The knowledge as bytes.
-        knowledge: Vec<u8>,
-    },
+    /// A log is shown from its start: all that was shown before is void. What a simulation starts
+    /// from; a rover says that itself.
+    Begin(Option<Origin>),
+    /// The rover's knowledge as it is now, as bytes, from a log.
+    Knowledge(Vec<u8>),
+    /// A log lacks what the rover said for a while, for this reason.
+    Gap(String),
     /// The next entry of a simulation's log.
     Logged(Entry),
     /// How a log is being shown.
@@ -56,6 +55,15 @@ pub enum Connection {
     Lost(String),
     /// No rover but a log: this file.
     Log(String),
+}
+
+/// What a simulation starts from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The seed of the controller's generator.
+    pub seed: u64,
+    /// The knowledge as bytes.
+    pub knowledge: Vec<u8>,
 }
 
 /// How a log is being shown.

@@ -33,7 +33,7 @@ pub enum Meaning {
 /// The keys, for the help: key, then what it does.
 pub const LIVE: [(&str, &str); 13] = [
     ("space, d", "disarm: the motors stop at once"),
-    ("a", "arm; `space` first if a fault stands"),
+    ("a", "arm; space first if a fault stands"),
     ("l", "mode learn: the rover drives and learns"),
     ("r", "mode run: it drives by what it knows"),
     ("i", "mode idle: it stands, still armed"),
@@ -187,7 +187,10 @@ mod tests {
         assert_eq!(command('r'), Command::SetMode(Mode::Run));
         assert_eq!(command('i'), Command::SetMode(Mode::Idle));
         assert_eq!(command('f'), Command::SetTask(Task::FollowDirection));
-        assert_eq!(command('w'), Command::SetTask(Task::FollowChangingDirection));
+        assert_eq!(
+            command('w'),
+            Command::SetTask(Task::FollowChangingDirection)
+        );
         assert_eq!(command('s'), Command::StoreKnowledge);
         let left = Meaning::Turn(Microdegrees::from_degrees(15));
         let right = Meaning::Turn(Microdegrees::from_degrees(-15));
@@ -220,7 +223,10 @@ mod tests {
         for c in "adlrifwsg".chars() {
             assert_eq!(control(KeyCode::Char(c)), None, "{c}");
         }
-        assert_eq!(meaning(KeyCode::Char('q').into(), true), Some(Meaning::Quit));
+        assert_eq!(
+            meaning(KeyCode::Char('q').into(), true),
+            Some(Meaning::Quit)
+        );
     }
 
     #[test]

@@ -122,7 +122,8 @@ impl Source for Live {
         let command = command.clone();
         if !self.connected {
             let reason = "the rover is not connected".into();
-            self.happened.push(Happening::Unanswered { command, reason });
+            self.happened
+                .push(Happening::Unanswered { command, reason });
             return;
         }
         let answer = match self.ask(&command) {

@@ -13,11 +13,12 @@
 //! | `watch`, `pull`, `keys` | what is asked for |
 //! | `terminal` | the loops that keep it going |
 //! | `view` | the picture, one panel a file |
-//! | `plain` | the same as lines |
+//! | `plain`, `json` | the same as lines, for people and for programs |
 //! | `live`, `recording` | a rover at the end of a port; a log |
 //! | `words` | the contract's values as words |
 
 pub mod happening;
+mod json;
 pub mod keys;
 pub mod live;
 pub mod mirror;
@@ -31,6 +32,6 @@ pub mod view;
 pub mod watch;
 pub mod words;
 
-pub use happening::{Connection, Happening, Playback};
+pub use happening::{Connection, Happening, Origin, Playback};
 pub use source::{Control, Source};
 pub use watch::Watch;

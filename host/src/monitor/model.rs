@@ -13,7 +13,7 @@ use rover_shared::wire::message::{
     Refusal, Report, State, Status, Task,
 };
 
-use super::happening::{Connection, Happening, Playback};
+use super::happening::{Connection, Happening, Origin, Playback};
 use super::mirror::Mirror;
 use super::words;
 use crate::experiment::{Ending, TaskKind};
@@ -208,7 +208,12 @@ impl Dashboard {
                 self.note(Kind::Trouble, text);
             }
             Happening::Frames(counters) => self.frames = *counters,
-            Happening::Begin { seed, knowledge } => self.begin(*seed, knowledge),
+            Happening::Begin(origin) => self.begin(origin.as_ref()),
+            Happening::Knowledge(bytes) => self.learn_all(bytes),
+            Happening::Gap(reason) => {
+                self.note(Kind::Trouble, format!("a gap: {reason}"));
+                (self.state, self.motors_enabled) = (None, None);
+            }
             Happening::Logged(entry) => self.logged(entry),
             Happening::Playback(playback) => self.playback = Some(*playback),
         }
@@ -276,8 +281,14 @@ impl Dashboard {
                 if let Some(counter) = self.counters.0.get_mut(fault.fault as usize) {
                     *counter = fault.count;
                 }
-                let (name, count) = (words::fault(fault.fault), fault.count);
-                self.note(Kind::Trouble, format!("fault: {name}, {count} so far"));
+                let begin = format!("fault: {}, ", words::fault(fault.fault));
+                // One that comes again and again takes one line.
+                if let Some(last) = self.notes.back()
+                    && last.text.starts_with(&begin)
+                {
+                    self.notes.pop_back();
+                }
+                self.note(Kind::Trouble, format!("{begin}{} so far", fault.count));
             }
             Report::LastWords(text) => {
                 self.note(Kind::Trouble, format!("before its last reset: {text}"));
@@ -339,7 +350,10 @@ impl Dashboard {
             }
             EventKind::Direction(direction) => {
                 self.direction = Some(direction);
-                self.note(Kind::Fact, format!("direction {}", words::compass(direction)));
+                self.note(
+                    Kind::Fact,
+                    format!("direction {}", words::compass(direction)),
+                );
             }
             EventKind::KnowledgeStored { fingerprint } => {
                 self.check_knowledge(fingerprint);
@@ -353,7 +367,9 @@ impl Dashboard {
                 {
                     *place = health;
                 }
-                let name = words::CHANNELS.get(usize::from(channel)).unwrap_or(&"unknown");
+                let name = words::CHANNELS
+                    .get(usize::from(channel))
+                    .unwrap_or(&"unknown");
                 let fit = matches!(health, ChannelHealth::Good | ChannelHealth::NotFitted);
                 let text = format!("{name} range sensor: {}", words::channel_health(health));
                 self.note(if fit { Kind::Fact } else { Kind::Trouble }, text);
@@ -536,7 +552,7 @@ impl Dashboard {
         self.history.push_back(moment);
     }
 
-    fn begin(&mut self, seed: u64, knowledge: &[u8]) {
+    fn begin(&mut self, origin: Option<&Origin>) {
         *self = Self {
             connection: std::mem::take(&mut self.connection),
             playback: self.playback,
@@ -544,11 +560,13 @@ impl Dashboard {
             now: self.now,
             ..Self::default()
         };
-        self.learn_all(knowledge);
-        self.session = Some(Session {
-            mode: None,
-            seed,
-            knowledge: rover_shared::wire::transfer::fingerprint(knowledge),
-        });
+        if let Some(Origin { seed, knowledge }) = origin {
+            self.learn_all(knowledge);
+            self.session = Some(Session {
+                mode: None,
+                seed: *seed,
+                knowledge: rover_shared::wire::transfer::fingerprint(knowledge),
+            });
+        }
     }
 }

@@ -128,7 +128,10 @@ fn sentence(action: &Action) -> String {
                 Familiarity::Known => "known",
                 Familiarity::New | Familiarity::Replaced(_) => "new",
             };
-            format!("action {}: pattern {} {familiarity}", step.step, perceived.code)
+            format!(
+                "action {}: pattern {} {familiarity}",
+                step.step, perceived.code
+            )
         }
         None if step.unsettled() => format!("action {}: no pattern settled", step.step),
         None => format!("action {}: no target sensed", step.step),
@@ -139,12 +142,15 @@ fn sentence(action: &Action) -> String {
     if let Some(outcome) = action.outcome {
         parts.push(words::outcome(outcome).into());
     }
-    let [front, left, right] = [action.sample.front, action.sample.left, action.sample.right]
-        .map(words::centimetres);
+    let [front, left, right] =
+        [action.sample.front, action.sample.left, action.sample.right].map(words::centimetres);
     parts.push(format!("front {front}, left {left}, right {right} cm"));
     if let Some(sensed) = step.sensed {
         parts.push(format!("to go {}", words::turn(sensed.target_angle)));
-        parts.push(format!("reward {:.2}", f64::from(sensed.reward.total()) / 1e6));
+        parts.push(format!(
+            "reward {:.2}",
+            f64::from(sensed.reward.total()) / 1e6
+        ));
     }
     parts.join("; ")
 }
@@ -171,7 +177,9 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
     }
     if let Some(session) = dashboard.session {
         let (seed, knowledge) = (session.seed, session.knowledge);
-        lines.push(format!("session seed {seed}, from knowledge {knowledge:08x}"));
+        lines.push(format!(
+            "session seed {seed}, from knowledge {knowledge:08x}"
+        ));
     }
     lines.extend(sensors(dashboard));
     if let Some(action) = &dashboard.action {
@@ -208,7 +216,10 @@ fn sensors(dashboard: &Dashboard) -> Vec<String> {
     if let Some(health) = dashboard.compass {
         let heading = readings.and_then(|readings| readings.heading);
         let heading = heading.map_or(String::new(), |h| format!("{}, ", words::compass(h)));
-        lines.push(format!("compass: {heading}{}", words::compass_health(health)));
+        lines.push(format!(
+            "compass: {heading}{}",
+            words::compass_health(health)
+        ));
     }
     lines
 }
@@ -263,11 +274,16 @@ pub fn staircases(dashboard: &Dashboard) -> Vec<String> {
     let each = Stimulus::ALL.into_iter().zip(mirror.neurons()).enumerate();
     each.map(|(i, (stimulus, neuron))| {
         let amplitudes = neuron.amplitudes();
-        let texts = amplitudes.map(|a| format!("{:.2}", f64::from(a.0) / f64::from(Activation::ONE)));
+        let texts =
+            amplitudes.map(|a| format!("{:.2}", f64::from(a.0) / f64::from(Activation::ONE)));
         let active = sensed.map_or(String::new(), |sensed| {
             format!(", step {} active", sensed.percept.steps()[i].index())
         });
-        format!("{} steps {}{active}", words::stimulus(stimulus), texts.join(" "))
+        format!(
+            "{} steps {}{active}",
+            words::stimulus(stimulus),
+            texts.join(" ")
+        )
     })
     .collect()
 }

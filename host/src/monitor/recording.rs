@@ -4,9 +4,11 @@ use std::time::Duration;
 
 use rover_shared::wire::message::Command;
 
-use super::happening::{Connection, Happening, Playback};
+use super::happening::{Connection, Happening, Origin, Playback};
 use super::source::{Control, Source};
-use crate::log::Log;
+use crate::link::Counters;
+use crate::log::recording::What;
+use crate::log::{self, Log};
 
 /// How long an entry of a simulation's log is shown: it has no times of its own.
 const ENTRY: Duration = Duration::from_millis(250);
@@ -38,13 +40,40 @@ pub struct Recording {
 impl Recording {
     /// A simulation's log.
     pub fn of_simulation(name: String, log: Log) -> Self {
-        let begin = Happening::Begin {
+        let begin = Happening::Begin(Some(Origin {
             seed: log.origin.seed,
             knowledge: log.before,
-        };
+        }));
         let times = (0u32..).map(|i| ENTRY.saturating_mul(i));
         let entries = times.zip(log.entries.into_iter().map(Happening::Logged));
         Self::new(name, begin, entries.collect(), log.cut_off)
+    }
+
+    /// What was recorded of a rover.
+    pub fn of_rover(name: String, recorded: log::recording::Recording) -> Self {
+        let start = recorded.messages.first().map_or(0, |m| m.log_time_ns);
+        let mut entries = Vec::new();
+        let mut frames = Counters::default();
+        let mut latest = Duration::ZERO;
+        for message in recorded.messages {
+            let time = Duration::from_nanos(message.log_time_ns.saturating_sub(start));
+            // A clock that was set back does not stop the showing.
+            latest = latest.max(time);
+            if message.lost > 0 {
+                frames.lost = frames.lost.saturating_add(message.lost.into());
+                entries.push((latest, Happening::Frames(frames)));
+            }
+            let happening = match message.what {
+                What::Report(report) => Happening::Report(report),
+                What::Gap(gap) => Happening::Gap(gap.reason),
+                What::Knowledge(pulled) => match recorded.knowledge.get(&pulled.fingerprint) {
+                    Some(bytes) => Happening::Knowledge(bytes.clone()),
+                    None => continue,
+                },
+            };
+            entries.push((latest, happening));
+        }
+        Self::new(name, Happening::Begin(None), entries, recorded.cut_off)
     }
 
     /// What happened at times that do not fall, from `begin` on.
@@ -172,10 +201,7 @@ mod tests {
     const TICK: Duration = Duration::from_millis(100);
 
     fn recording(entries: u64) -> Recording {
-        let begin = Happening::Begin {
-            seed: 1,
-            knowledge: Vec::new(),
-        };
+        let begin = Happening::Begin(None);
         let command = Command::Ping;
         let entry = Happening::Answer {
             command,
@@ -191,7 +217,7 @@ mod tests {
     }
 
     fn begins(happened: &[Happening]) -> bool {
-        happened.iter().any(|h| matches!(h, Happening::Begin { .. }))
+        happened.iter().any(|h| matches!(h, Happening::Begin(_)))
     }
 
     #[test]

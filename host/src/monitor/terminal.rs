@@ -9,7 +9,9 @@ use ratatui::crossterm::event::{self, Event, KeyEvent};
 use rover_shared::wire::message::Command;
 
 use super::happening::Happening;
+use super::json;
 use super::keys::Meaning;
+use super::model::Dashboard;
 use super::plain::{Asked, Plain, understand};
 use super::source::Source;
 use super::view::{self, Look};
@@ -124,6 +126,30 @@ pub enum Input {
     Interrupt,
 }
 
+/// How lines are made.
+pub enum Lines {
+    /// For people.
+    Plain(Plain),
+    /// For programs: one JSON object a line.
+    Json,
+}
+
+impl Lines {
+    fn of(&mut self, now: Duration, happening: &Happening, dashboard: &Dashboard) -> Vec<String> {
+        match self {
+            Self::Plain(plain) => plain.lines(now, happening, dashboard),
+            Self::Json => json::line(now, happening).into_iter().collect(),
+        }
+    }
+
+    fn said(&self, now: Duration, text: String) -> String {
+        match self {
+            Self::Plain(_) => text,
+            Self::Json => json::said(now, &text),
+        }
+    }
+}
+
 /// Shows a source as lines until it is over. `typed` gives the next input that waits, `print`
 /// takes lines, and gives false when nobody reads them any more.
 ///
@@ -131,7 +157,7 @@ pub enum Input {
 /// The rover may still drive.
 pub fn tell(
     source: &mut dyn Source,
-    mut plain: Plain,
+    mut lines: Lines,
     typed: &mut dyn FnMut(Duration) -> Option<Input>,
     print: &mut dyn FnMut(&str) -> bool,
 ) -> Result<(), StillArmed> {
@@ -140,8 +166,8 @@ pub fn tell(
         for happening in source.poll(TICK) {
             let now = source.now();
             watch.take(now, &happening);
-            for line in plain.lines(now, &happening, &watch.dashboard) {
-                if !print(&line) {
+            for line in lines.of(now, &happening, &watch.dashboard) {
+                if !print(&line) && !watch.is_over() {
                     watch.act(Meaning::Quit, source);
                 }
             }
@@ -156,11 +182,11 @@ pub fn tell(
                 Ok(Asked::Do(meaning)) => watch.act(meaning, source),
                 Ok(Asked::Tell(topic)) => {
                     for line in topic.lines(&watch.dashboard) {
-                        print(&line);
+                        print(&lines.said(source.now(), line));
                     }
                 }
                 Err(sentence) => {
-                    print(&sentence);
+                    print(&lines.said(source.now(), sentence));
                 }
             }
         }

@@ -76,7 +76,8 @@ impl Watch {
         {
             return;
         }
-        let due = |then: Option<Duration>, after| then.is_none_or(|t| now.saturating_sub(t) >= after);
+        let due =
+            |then: Option<Duration>, after| then.is_none_or(|t| now.saturating_sub(t) >= after);
         if due(self.asked, STATUS) {
             self.asked = Some(now);
             source.send(&Command::ReadStatus);

@@ -190,12 +190,14 @@ pub fn printable(text: &str, ascii: bool) -> String {
 
 /// A turn, with its side.
 pub fn turn(turn: Microdegrees) -> String {
-    let degrees = f64::from(turn.0) / 1e6;
-    match turn.0 {
-        i32::MIN..0 => format!("{:.1} deg right", -degrees),
-        0 => "0.0 deg".into(),
-        1.. => format!("{degrees:.1} deg left"),
-    }
+    // Whole tenths, so that no turn of 0.0 has a side.
+    let tenths = (f64::from(turn.0) / 1e5).round();
+    let side = match tenths {
+        ..0.0 => " right",
+        0.0 => "",
+        _ => " left",
+    };
+    format!("{:.1} deg{side}", (tenths / 10.0).abs())
 }
 
 /// A direction as a compass shows it: clockwise, 0 to 359.9 degrees.
@@ -243,9 +245,21 @@ mod tests {
     fn directions_are_a_compasss() {
         let of = |degrees: f64| compass(Microdegrees((degrees * 1e6) as i32));
         assert_eq!(
-            [of(0.0), of(15.0), of(-15.0), of(180.0), of(0.01), of(-359.96)],
             [
-                "0.0 deg", "345.0 deg", "15.0 deg", "180.0 deg", "0.0 deg", "0.0 deg"
+                of(0.0),
+                of(15.0),
+                of(-15.0),
+                of(180.0),
+                of(0.01),
+                of(-359.96)
+            ],
+            [
+                "0.0 deg",
+                "345.0 deg",
+                "15.0 deg",
+                "180.0 deg",
+                "0.0 deg",
+                "0.0 deg"
             ]
         );
         compass(Microdegrees(i32::MIN));
@@ -255,7 +269,7 @@ mod tests {
     fn turns_name_their_side() {
         assert_eq!(turn(Microdegrees(9_230_000)), "9.2 deg left");
         assert_eq!(turn(Microdegrees(-8_100_000)), "8.1 deg right");
-        assert_eq!(turn(Microdegrees(0)), "0.0 deg");
+        assert_eq!(turn(Microdegrees(-49_999)), "0.0 deg");
         turn(Microdegrees(i32::MIN));
     }
 

@@ -41,7 +41,13 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     for fault in &faults[..shown] {
         let stands = dashboard.state == Some(State::Faulted(*fault));
         let style = if stands { look.trouble() } else { Style::new() };
-        line(&mut panel, y, words::fault(*fault), dashboard.counters.of(*fault), style);
+        line(
+            &mut panel,
+            y,
+            words::fault(*fault),
+            dashboard.counters.of(*fault),
+            style,
+        );
         y += 1;
     }
     let more = faults.len() - shown;

@@ -20,9 +20,20 @@ const SILENCE: u64 = 3;
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
     let mut panel = Panel::new(area, buffer, look);
     let x = panel.text(0, 0, "Turing Rover", look.title());
-    panel.text(x + 2, 0, &connection(dashboard), connection_style(dashboard, look));
-    if let Some(rover) = &dashboard.rover {
-        panel.right(0, &format!("  {} {}", rover.board, rover.firmware), Style::new());
+    panel.text(
+        x + 2,
+        0,
+        &connection(dashboard),
+        connection_style(dashboard, look),
+    );
+    if let Some(playback) = &dashboard.playback {
+        panel.right(0, &format!("  {}", playback_text(playback)), look.title());
+    } else if let Some(rover) = &dashboard.rover {
+        panel.right(
+            0,
+            &format!("  {} {}", rover.board, rover.firmware),
+            Style::new(),
+        );
     }
     supervisor(&mut panel, dashboard);
     session(&mut panel, dashboard);
@@ -38,7 +49,7 @@ pub fn connection(dashboard: &Dashboard) -> String {
             Some(seconds) => format!("{port} silent for {seconds} s"),
             None => format!("connected to {port}"),
         },
-        Connection::Lost(reason) => format!("connection lost: {reason}"),
+        Connection::Lost(_) => "connection lost, trying again".into(),
         Connection::Log(file) => format!("log {file}"),
     }
 }
@@ -82,12 +93,10 @@ fn supervisor(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     }
 }
 
-/// The supervisor's state, or how a log is shown, and its style.
+/// The supervisor's state, and its style.
 pub fn state(dashboard: &Dashboard, look: Look) -> (String, Style) {
-    if let Some(playback) = dashboard.playback {
-        return (format!(" {} ", playback_text(&playback)), Style::new());
-    }
     match dashboard.state {
+        None if dashboard.trial.is_some() => (" SIMULATION ".into(), Style::new()),
         None => (" STATE UNKNOWN ".into(), Style::new()),
         Some(state) => {
             let style = match state {
@@ -117,9 +126,11 @@ fn session(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let quiet = panel.look.quiet();
     let text = match (&dashboard.session, &dashboard.rover) {
         (Some(session), _) => {
-            let mode = session.mode.map_or("", words::mode);
+            let mode = session
+                .mode
+                .map_or(String::new(), |m| format!("{}  ", words::mode(m)));
             format!(
-                "session {mode}  seed {}  from knowledge {:08x}",
+                "session  {mode}seed {}  from knowledge {:08x}",
                 session.seed, session.knowledge
             )
         }
@@ -142,7 +153,12 @@ fn message(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let look = panel.look;
     if let Some((command, refusal)) = &dashboard.refused {
         let (command, refusal) = (words::command(command), words::refusal(*refusal));
-        panel.text(0, 3, &format!("refused: {command}: {refusal}"), look.trouble());
+        panel.text(
+            0,
+            3,
+            &format!("refused: {command}: {refusal}"),
+            look.trouble(),
+        );
     } else if let Some(note) = dashboard.notes.back() {
         let style = match note.kind {
             Kind::Fact => Style::new(),

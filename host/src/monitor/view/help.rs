@@ -8,7 +8,7 @@ use super::look::{Look, Panel};
 use crate::monitor::keys::{LIVE, LOG, Prompt};
 
 const LIVE_ROW: &str =
-    "space disarm  a arm  l learn  r run  i idle  <- -> g direction  ? all keys  q quit";
+    "space disarm  a arm  l learn  r run  i idle  <- -> g direction  ? keys  q quit";
 const LOG_ROW: &str = "space play or pause  <- -> step  + - speed  0 $ start, end  ? keys  q quit";
 
 /// Draws the last row: keys, or the direction being typed.

@@ -31,7 +31,11 @@ fn reward(panel: &mut Panel<'_>, left: u16, rows: u16, shown: &[Option<Moment>])
         Some(reward) => format!("reward {:.2}", f64::from(reward) / 1e6),
         None => "reward".into(),
     };
-    panel.text(0, 0, &label, Style::new());
+    let x = panel.text(0, 0, &label, Style::new());
+    let scale = format!("  {:.0} to 0", f64::from(worst) / 1e6);
+    if latest.is_some() && usize::from(panel.width() - x) >= scale.len() {
+        panel.right(0, &scale, panel.look.quiet());
+    }
     for (x, reward) in (left..).zip(shown.iter().map(of)) {
         let Some(reward) = reward else { continue };
         let share = 1.0 - f64::from(reward) / f64::from(worst);

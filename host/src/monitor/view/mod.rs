@@ -43,7 +43,6 @@ const UPPER: u16 = 8;
 const LOWER: u16 = 11;
 const SENSORS: u16 = 36;
 const PATTERN: u16 = 17;
-const VECTOR: u16 = 22;
 const HISTORY: u16 = 20;
 const FAULTS: u16 = 18;
 
@@ -81,11 +80,14 @@ pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Loo
     let [left, right] = columns.areas(upper);
     sensors::draw(left, buffer, dashboard, look);
     staircases::draw(right, buffer, dashboard, look);
+    // More columns of patterns for most of the room to spare, more history for the rest.
     let spare = area.width - COLUMNS;
+    let pitch = vector::WIDTH + 1;
+    let patterns = spare * 2 / 3 / pitch * pitch;
     let columns = Layout::horizontal([
         Constraint::Length(PATTERN),
-        Constraint::Length(VECTOR + spare.div_ceil(2)),
-        Constraint::Length(HISTORY + spare / 2),
+        Constraint::Length(vector::WIDTH + patterns),
+        Constraint::Length(HISTORY + spare - patterns),
         Constraint::Length(FAULTS),
     ])
     .spacing(1);

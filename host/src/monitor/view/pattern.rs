@@ -19,7 +19,11 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     };
     let mut panel = Panel::titled(area, buffer, look, &title);
     let Some(action) = action else {
-        panel.wrapped(0, "none yet: the rover perceives while it drives", look.quiet());
+        panel.wrapped(
+            0,
+            "none yet: the rover perceives while it drives",
+            look.quiet(),
+        );
         return;
     };
     match perceived {

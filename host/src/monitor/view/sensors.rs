@@ -21,7 +21,13 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
         let distance = readings.and_then(|readings| readings.distances[channel]);
         let counts = readings.and_then(|readings| readings.counts);
         let counts = counts.map(|counts| counts[channel]);
-        line(&mut panel, y, name, distance.map(words::centimetres), counts);
+        line(
+            &mut panel,
+            y,
+            name,
+            distance.map(words::centimetres),
+            counts,
+        );
         if let Some(ranges) = &dashboard.ranges {
             let health = ranges[channel];
             let fit = matches!(health, ChannelHealth::Good);
@@ -60,7 +66,12 @@ fn compass(panel: &mut Panel<'_>, dashboard: &Dashboard) {
         Some(Some(sensed)) => words::turn(sensed.target_angle),
     };
     // As it was when the latest action began.
-    panel.text(0, 6, &format!("{:<12}{angle:>15}", "angle to go"), Style::new());
+    panel.text(
+        0,
+        6,
+        &format!("{:<12}{angle:>15}", "angle to go"),
+        Style::new(),
+    );
 }
 
 fn style(look: Look, fit: bool, unknown: bool) -> Style {

@@ -12,11 +12,14 @@ use crate::monitor::words;
 
 /// Rows besides those of the steps: name, mark, value.
 const OTHER_ROWS: u16 = 3;
+/// The scale of staircases that have not learned anything yet.
+const LEAST: f64 = 0.01;
 
 /// Draws the staircases, all to one scale, zero at half height.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
     let largest = dashboard.mirror().map(largest);
     let title = match largest {
+        Some(LEAST) => "Staircases, all 0".into(),
         Some(largest) => format!("Staircases, -{largest:.2} to {largest:.2}"),
         None => "Staircases".into(),
     };
@@ -33,11 +36,7 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
             for (s, amplitude) in mirror.neurons()[i].amplitudes().iter().enumerate() {
                 let share = real(amplitude.0) / largest / 2.0 + 0.5;
                 let is_active = active.is_some_and(|(step, _)| step == s);
-                let style = if is_active {
-                    look.live()
-                } else {
-                    Style::new()
-                };
+                let style = if is_active { look.live() } else { Style::new() };
                 let at = x + step_width * s as u16;
                 bar(&mut panel, at, step_width, bar_rows, share, style);
             }
@@ -69,28 +68,25 @@ fn bar(panel: &mut Panel<'_>, x: u16, width: u16, rows: u16, share: f64, style: 
 }
 
 /// The mark under the active step, and below it step and output.
-fn mark(
-    panel: &mut Panel<'_>,
-    x: u16,
-    width: u16,
-    y: u16,
-    active: Option<(usize, Option<i32>)>,
-) {
+fn mark(panel: &mut Panel<'_>, x: u16, width: u16, y: u16, active: Option<(usize, Option<i32>)>) {
     let Some((step, output)) = active else {
         return;
     };
     let style = Style::new().add_modifier(Modifier::BOLD);
-    panel.text(x + width * step as u16, y, &"^".repeat(usize::from(width)), style);
+    panel.text(
+        x + width * step as u16,
+        y,
+        &"^".repeat(usize::from(width)),
+        style,
+    );
     let output = output.map_or(String::new(), |output| format!(" {:+.2}", real(output)));
     panel.text(x, y + 1, &format!("{step}:{output}"), style);
 }
 
-/// The largest amplitude of all, at least a hundredth.
+/// The largest amplitude of all, or [`LEAST`].
 fn largest(mirror: &crate::monitor::mirror::Mirror) -> f64 {
     let amplitudes = mirror.neurons().iter().flat_map(|n| n.amplitudes());
-    amplitudes
-        .map(|a| real(a.0).abs())
-        .fold(0.01, f64::max)
+    amplitudes.map(|a| real(a.0).abs()).fold(LEAST, f64::max)
 }
 
 /// A Q20 number.

@@ -10,8 +10,9 @@ use crate::monitor::mirror::Pattern;
 use crate::monitor::model::{Dashboard, Knowledge};
 use crate::monitor::words;
 
-/// Columns and rows that one pattern takes.
-const WIDTH: u16 = 22;
+/// Columns that one pattern takes.
+pub const WIDTH: u16 = 22;
+/// The same in rows.
 const ROWS: u16 = 2;
 
 /// Draws as many patterns as there is room for.
