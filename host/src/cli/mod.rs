@@ -5,11 +5,13 @@
 
 mod arm;
 mod calibrate;
+mod completions;
 mod disarm;
 mod drive;
 mod interrupt;
 mod knowledge;
 mod learn;
+mod man;
 mod monitor;
 mod narrate;
 mod perceive;
@@ -69,6 +71,10 @@ enum Command {
     Knowledge(knowledge::Arguments),
     /// Tell a rover what you measured of it
     Calibrate(calibrate::Arguments),
+    /// Print a script by which a shell completes commands
+    Completions(completions::Arguments),
+    /// Print a manual page, or write one for every command
+    Man(man::Arguments),
 }
 
 /// Why a command did not do what it was asked to.
@@ -105,6 +111,8 @@ pub fn main() -> ExitCode {
         Command::Record(arguments) => record::run(&arguments),
         Command::Knowledge(arguments) => knowledge::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -170,7 +170,7 @@ impl Source for Recording {
     fn control(&mut self, control: Control) {
         match control {
             Control::PlayOrPause => {
-                self.goal = self.at;
+                self.goal = 0;
                 if self.at == self.entries.len() {
                     self.begun = false;
                 }

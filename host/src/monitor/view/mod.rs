@@ -49,7 +49,7 @@ const FAULTS: u16 = 18;
 /// Draws everything that fits.
 pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Look) {
     if area.width < COLUMNS || area.height < ROWS {
-        return draw_small(area, buffer, watch, look);
+        return draw_small(area, buffer, watch, log, look);
     }
     let dashboard = &watch.dashboard;
     let spare = area.height - ROWS;
@@ -102,7 +102,7 @@ pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Loo
 }
 
 /// What matters most, where there is no room for more.
-fn draw_small(area: Rect, buffer: &mut Buffer, watch: &Watch, look: Look) {
+fn draw_small(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Look) {
     let mut panel = Panel::new(area, buffer, look);
     let (state, style) = header::state(&watch.dashboard, look);
     panel.text(0, 0, &state, style.add_modifier(Modifier::REVERSED));
@@ -113,5 +113,10 @@ fn draw_small(area: Rect, buffer: &mut Buffer, watch: &Watch, look: Look) {
         area.width, area.height
     );
     let y = panel.wrapped(y, &wanted, Style::new());
-    panel.wrapped(y, "space disarms, q quits", look.title());
+    let keys = if log {
+        "space plays and pauses, q quits"
+    } else {
+        "space disarms, q quits"
+    };
+    panel.wrapped(y, keys, look.title());
 }
