@@ -588,3 +588,42 @@ fn no_port_is_left_behind() {
     };
     assert!(!Path::new(&path).exists());
 }
+
+#[test]
+fn the_monitor_is_steered_by_typed_lines() {
+    let cable = Cable::new(7, 20);
+    let mut child = cable
+        .command(&["monitor", "--plain", "--every", "0"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let (heard, lines) = channel();
+    let stdout = child.stdout.take().unwrap();
+    let reader = std::thread::spawn(move || {
+        for line in std::io::BufRead::lines(std::io::BufReader::new(stdout)) {
+            if heard.send(line.unwrap()).is_err() {
+                break;
+            }
+        }
+    });
+    let mut stdin = child.stdin.take().unwrap();
+    for (typed, answer) in [
+        ("", "connected to "),
+        ("arm", "done: arm"),
+        ("learn", "DRIVING (learn)"),
+        ("status", " frames lost, "),
+        ("", "DISARMED"),
+    ] {
+        if answer != "connected to " {
+            writeln!(stdin, "{typed}").unwrap();
+        }
+        let mut few = (0..1_000).map(|_| lines.recv_timeout(LIMIT).unwrap());
+        assert!(few.any(|line| line.contains(answer)), "no {answer}");
+    }
+    writeln!(stdin, "quit").unwrap();
+    assert!(child.wait().unwrap().success());
+    drop(lines);
+    reader.join().unwrap();
+    assert_eq!(cable.state(), "Disarmed");
+}

@@ -562,3 +562,82 @@ fn every_command_has_help() {
         assert!(text.contains("Usage: rover"), "{text}");
     }
 }
+
+/// The commands that `rover --help` names.
+fn commands() -> Vec<String> {
+    let help = stdout(&rover(&["--help"]));
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+    listed
+        .take_while(|line| !line.is_empty())
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .map(String::from)
+        .collect()
+}
+
+#[test]
+fn shells_complete_every_command() {
+    let commands = commands();
+    assert!(commands.len() > 10, "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = stdout(&rover(&["completions", shell]));
+        for command in &commands {
+            assert!(script.contains(command), "{shell}: no {command}");
+        }
+    }
+    assert_fails(&["completions", "tcsh"], 2, &["possible values", "bash"]);
+}
+
+#[test]
+fn bash_takes_the_script_and_completes_by_it() {
+    let Ok(bash) = Command::new("bash").arg("--version").output() else {
+        return eprintln!("there is no bash here");
+    };
+    assert!(bash.status.success());
+    let folder = Folder::new();
+    let script = folder.file("rover.bash", rover(&["completions", "bash"]).stdout);
+    let typed =
+        "COMP_WORDS=(rover mon); COMP_CWORD=1; _rover rover mon rover; echo ${COMPREPLY[@]}";
+    let completed = Command::new("bash")
+        .args(["-c", &format!("source {script}; {typed}")])
+        .output()
+        .expect("bash starts");
+    assert_eq!(stdout(&completed).trim(), "monitor");
+}
+
+#[test]
+fn there_is_a_manual_page_for_every_command() {
+    let first = stdout(&rover(&["man"]));
+    assert!(first.contains(".TH rover 1"), "{first}");
+    let folder = Folder::new();
+    let out = folder.path("man/man1");
+    stdout(&rover(&["man", "--out", &out]));
+    for command in commands() {
+        let page = std::fs::read_to_string(format!("{out}/rover-{command}.1"));
+        let page = page.unwrap_or_else(|error| panic!("rover-{command}.1: {error}"));
+        assert!(page.contains("SYNOPSIS"), "{page}");
+    }
+    let nested = std::fs::read_to_string(format!("{out}/rover-knowledge-pull.1"));
+    assert!(nested.is_ok(), "commands of commands have pages too");
+    let file = folder.file("file", "");
+    assert_fails(&["man", "--out", &file], 1, &["cannot be written"]);
+}
+
+#[test]
+fn a_monitor_without_a_terminal_tells_a_log_in_lines() {
+    let folder = Folder::new();
+    let out = folder.learned(&[]);
+    let log = format!("{out}/learn.mcap");
+    let plain = stdout(&rover(&["monitor", &log]));
+    assert!(plain.contains("trial 6 ended"), "{plain}");
+    assert!(!plain.contains('\u{1b}'));
+    for line in stdout(&rover(&["monitor", "--json", &log])).lines() {
+        let _: Value = serde_json::from_str(line).expect("each line is JSON");
+    }
+    let nothing = folder.path("nothing.mcap");
+    assert_fails(&["monitor", &nothing], 1, &["cannot be read"]);
+    let text = folder.file("text.mcap", "text");
+    assert_fails(&["monitor", &text], 1, &["not an MCAP file"]);
+    assert_fails(&["monitor", "--every=-1"], 2, &["expected seconds"]);
+}

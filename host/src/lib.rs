@@ -15,6 +15,7 @@ pub mod files;
 pub mod knowledge;
 pub mod link;
 pub mod log;
+pub mod monitor;
 pub mod parameters;
 pub mod recorder;
 pub mod reference;

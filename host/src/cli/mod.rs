@@ -5,6 +5,7 @@
 
 mod arm;
 mod calibrate;
+mod completions;
 mod disarm;
 mod drive;
 mod emulate;
@@ -12,6 +13,8 @@ mod figures;
 mod interrupt;
 mod knowledge;
 mod learn;
+mod man;
+mod monitor;
 mod narrate;
 mod perceive;
 mod port;
@@ -52,6 +55,8 @@ enum Command {
     Emulate(emulate::Arguments),
     /// Draw the paper's figures from logs, and a report with all of them
     Figures(figures::Arguments),
+    /// Watch and steer a rover, or watch a log
+    Monitor(monitor::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
     Uf2(uf2::Arguments),
     /// List the rovers that are connected
@@ -72,6 +77,10 @@ enum Command {
     Knowledge(knowledge::Arguments),
     /// Tell a rover what you measured of it
     Calibrate(calibrate::Arguments),
+    /// Print a script by which a shell completes commands
+    Completions(completions::Arguments),
+    /// Print a manual page, or write one for every command
+    Man(man::Arguments),
 }
 
 /// Why a command did not do what it was asked to.
@@ -99,6 +108,7 @@ pub fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Emulate(arguments) => emulate::run(&arguments),
         Command::Figures(arguments) => figures::run(&arguments),
+        Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
         Command::Ports(arguments) => ports::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),
@@ -109,6 +119,8 @@ pub fn main() -> ExitCode {
         Command::Record(arguments) => record::run(&arguments),
         Command::Knowledge(arguments) => knowledge::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,37 @@
+//! The dashboard: what a rover, an emulated board or a log shows of itself, and the keys that
+//! steer it.
+//!
+//! ```text
+//!  Source::poll ──► Happening ──► Watch ──► model::Dashboard ──► view
+//!  Source::send ◄── Command   ◄── keys, and what is asked for unbidden
+//! ```
+//!
+//! | file | holds |
+//! |---|---|
+//! | `source`, `happening` | where it comes from, and what comes |
+//! | `model`, `mirror` | what is shown; what the rover knows, followed |
+//! | `watch`, `pull`, `keys` | what is asked for |
+//! | `terminal` | the loops that keep it going |
+//! | `view` | the picture, one panel a file |
+//! | `plain`, `json` | the same as lines, for people and for programs |
+//! | `live`, `recording` | a rover at the end of a port; a log |
+//! | `words` | the contract's values as words |
+
+pub mod happening;
+mod json;
+pub mod keys;
+pub mod live;
+pub mod mirror;
+pub mod model;
+pub mod plain;
+mod pull;
+pub mod recording;
+pub mod source;
+pub mod terminal;
+pub mod view;
+pub mod watch;
+pub mod words;
+
+pub use happening::{Connection, Happening, Origin, Playback};
+pub use source::{Control, Source};
+pub use watch::Watch;

@@ -1,0 +1,222 @@
+//! The dashboard on a terminal, and as lines: the loops that keep it going.
+
+use std::io;
+use std::time::Duration;
+
+use ratatui::Terminal;
+use ratatui::backend::Backend;
+use ratatui::crossterm::event::{self, Event, KeyEvent};
+use rover_shared::wire::message::Command;
+
+use super::happening::Happening;
+use super::json;
+use super::keys::Meaning;
+use super::model::Dashboard;
+use super::plain::{Asked, Plain, understand};
+use super::source::Source;
+use super::view::{self, Look};
+use super::watch::Watch;
+
+/// How long the source is waited for between two looks at the keys.
+pub const TICK: Duration = Duration::from_millis(50);
+/// Ticks within which a disarming has to be acknowledged at the end.
+const FAREWELL: u32 = 40;
+
+/// The rover was told to stop when the dashboard was left, and did not acknowledge it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the rover did not acknowledge that it was disarmed, and may still drive: run `rover disarm`, \
+     or switch it off"
+)]
+pub struct StillArmed;
+
+/// Why the showing ended early.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShowError {
+    /// The terminal failed.
+    #[error("the terminal cannot be used ({0}): try --plain")]
+    Terminal(String),
+    /// The rover may still drive.
+    #[error(transparent)]
+    StillArmed(#[from] StillArmed),
+}
+
+/// Keeps a source's time from running ahead of the wall clock's, so that people can follow an
+/// emulated rover or a log.
+pub struct Pacer {
+    wall: std::time::Instant,
+    own: Duration,
+}
+
+impl Pacer {
+    /// Both clocks start now.
+    pub fn new(own: Duration) -> Self {
+        Self {
+            wall: std::time::Instant::now(),
+            own,
+        }
+    }
+
+    /// Waits until the wall clock has come as far as `own`.
+    pub fn wait(&mut self, own: Duration) {
+        let passed = own.saturating_sub(self.own);
+        let wall = self.wall.elapsed();
+        match passed.checked_sub(wall) {
+            Some(ahead) => std::thread::sleep(ahead),
+            // A source that cannot keep up is not made to hurry later.
+            None if wall - passed > TICK => *self = Self::new(own),
+            None => {}
+        }
+    }
+}
+
+/// Shows a source on a terminal until the user has seen enough. `keys` gives the next key that
+/// waits, and gets the time that the source has come to.
+///
+/// # Errors
+/// [`ShowError`].
+pub fn show<B: Backend>(
+    terminal: &mut Terminal<B>,
+    source: &mut dyn Source,
+    keys: &mut dyn FnMut(Duration) -> io::Result<Option<KeyEvent>>,
+    look: Look,
+) -> Result<(), ShowError> {
+    let mut watch = Watch::default();
+    while !watch.is_over() {
+        let log = source.is_log();
+        let drawn = terminal.draw(|frame| {
+            view::draw(frame.area(), frame.buffer_mut(), &watch, log, look);
+        });
+        drawn.map_err(|error| ShowError::Terminal(error.to_string()))?;
+        for happening in source.poll(TICK) {
+            watch.take(source.now(), &happening);
+        }
+        watch.ask(source);
+        while let Some(key) = keys(source.now()).map_err(failed)? {
+            watch.key(key, source);
+        }
+    }
+    Ok(farewell(&mut watch, source)?)
+}
+
+fn failed(error: io::Error) -> ShowError {
+    ShowError::Terminal(error.to_string())
+}
+
+/// The next key of the process's own terminal; `None` if none waits.
+///
+/// # Errors
+/// If the terminal is gone.
+pub fn next_key() -> io::Result<Option<KeyEvent>> {
+    while event::poll(Duration::ZERO)? {
+        if let Event::Key(key) = event::read()? {
+            return Ok(Some(key));
+        }
+    }
+    Ok(None)
+}
+
+/// A line that somebody typed, or the wish to end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// A line.
+    Line(String),
+    /// Ctrl-C.
+    Interrupt,
+}
+
+/// How lines are made.
+pub enum Lines {
+    /// For people.
+    Plain(Plain),
+    /// For programs: one JSON object a line.
+    Json,
+}
+
+impl Lines {
+    fn of(&mut self, now: Duration, happening: &Happening, dashboard: &Dashboard) -> Vec<String> {
+        match self {
+            Self::Plain(plain) => plain.lines(now, happening, dashboard),
+            Self::Json => json::line(now, happening).into_iter().collect(),
+        }
+    }
+
+    fn said(&self, now: Duration, text: String) -> String {
+        match self {
+            Self::Plain(_) => text,
+            Self::Json => json::said(now, &text),
+        }
+    }
+}
+
+/// Shows a source as lines until it is over. `typed` gives the next input that waits, `print`
+/// takes lines, and gives false when nobody reads them any more.
+///
+/// # Errors
+/// The rover may still drive.
+pub fn tell(
+    source: &mut dyn Source,
+    mut lines: Lines,
+    typed: &mut dyn FnMut(Duration) -> Option<Input>,
+    print: &mut dyn FnMut(&str) -> bool,
+) -> Result<(), StillArmed> {
+    let mut watch = Watch::default();
+    while !watch.is_over() {
+        for happening in source.poll(TICK) {
+            let now = source.now();
+            watch.take(now, &happening);
+            for line in lines.of(now, &happening, &watch.dashboard) {
+                if !print(&line) && !watch.is_over() {
+                    watch.act(Meaning::Quit, source);
+                }
+            }
+        }
+        watch.ask(source);
+        while let Some(input) = typed(source.now()) {
+            let asked = match input {
+                Input::Line(line) => understand(&line),
+                Input::Interrupt => Ok(Asked::Do(Meaning::Quit)),
+            };
+            match asked {
+                Ok(Asked::Do(meaning)) => watch.act(meaning, source),
+                Ok(Asked::Tell(topic)) => {
+                    for line in topic.lines(&watch.dashboard) {
+                        print(&lines.said(source.now(), line));
+                    }
+                }
+                Err(sentence) => {
+                    print(&lines.said(source.now(), sentence));
+                }
+            }
+        }
+        if source.ended() {
+            break;
+        }
+    }
+    farewell(&mut watch, source)
+}
+
+/// Waits for the acknowledgement of the last command if it was to stop.
+fn farewell(watch: &mut Watch, source: &mut dyn Source) -> Result<(), StillArmed> {
+    if source.is_log() || !watch.disarms() || watch.dashboard.rover.is_none() {
+        return Ok(());
+    }
+    for _ in 0..FAREWELL {
+        for happening in source.poll(TICK) {
+            watch.take(source.now(), &happening);
+            match happening {
+                Happening::Answer {
+                    command: Command::Disarm,
+                    result: Ok(()),
+                } => return Ok(()),
+                Happening::Unanswered {
+                    command: Command::Disarm,
+                    ..
+                } => return Err(StillArmed),
+                _ => {}
+            }
+        }
+    }
+    Err(StillArmed)
+}

@@ -1,0 +1,181 @@
+//! Watching a source: what is asked of it unbidden, what keys ask for, and when it is over.
+
+use std::time::Duration;
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use rover_shared::wire::message::{Command, Report};
+
+use super::happening::{Connection, Happening};
+use super::keys::{Meaning, Prompt, Typed, meaning};
+use super::model::{Dashboard, Kind, Knowledge, Why};
+use super::pull::Pull;
+use super::source::Source;
+
+/// How often the rover's state is asked for.
+const STATUS: Duration = Duration::from_secs(1);
+/// How long to wait before its knowledge is read anew after a failure.
+const AGAIN: Duration = Duration::from_secs(5);
+
+/// A dashboard and what it is up to.
+#[derive(Default)]
+pub struct Watch {
+    /// What is shown.
+    pub dashboard: Dashboard,
+    /// A direction being typed.
+    pub prompt: Option<Prompt>,
+    /// Whether all keys are shown.
+    pub help: bool,
+    pull: Pull,
+    /// When a reading was last begun.
+    pulled: Option<Duration>,
+    /// When the state was last asked for.
+    asked: Option<Duration>,
+    over: bool,
+    disarms: bool,
+}
+
+impl Watch {
+    /// Whether the user has seen enough.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Whether the rover was told to stop when it ended.
+    pub fn disarms(&self) -> bool {
+        self.disarms
+    }
+
+    /// Takes what happened at `now` of the source's clock.
+    pub fn take(&mut self, now: Duration, happening: &Happening) {
+        match happening {
+            Happening::Report(report) => {
+                if let Report::Knowledge(chunk) = &**report {
+                    self.chunk(chunk);
+                }
+                if matches!(**report, Report::Hello(_)) {
+                    self.forget_requests();
+                }
+            }
+            Happening::Answer {
+                command: Command::PullKnowledge { .. },
+                result: Err(_),
+            } => self.pull.abandon(),
+            Happening::Connection(_) => self.forget_requests(),
+            _ => {}
+        }
+        self.dashboard.take(now, happening);
+    }
+
+    /// Asks the rover for what is to be known by now.
+    pub fn ask(&mut self, source: &mut dyn Source) {
+        let now = source.now();
+        self.dashboard.now = now;
+        if source.is_log()
+            || self.dashboard.rover.is_none()
+            || !matches!(self.dashboard.connection, Connection::Open(_))
+        {
+            return;
+        }
+        let due =
+            |then: Option<Duration>, after| then.is_none_or(|t| now.saturating_sub(t) >= after);
+        if due(self.asked, STATUS) {
+            self.asked = Some(now);
+            source.send(&Command::ReadStatus);
+        }
+        if self.wants_knowledge() && !self.pull.is_under_way() && due(self.pulled, AGAIN) {
+            self.pulled = Some(now);
+            self.pull.start();
+        }
+        if let Some(command) = self.pull.next(now) {
+            source.send(&command);
+        }
+    }
+
+    /// Takes a key.
+    pub fn key(&mut self, key: KeyEvent, source: &mut dyn Source) {
+        let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
+        // Stopping comes before everything else, a half-typed number too.
+        let stops = key.code == KeyCode::Char(' ') || ctrl;
+        if let Some(prompt) = &mut self.prompt
+            && !stops
+        {
+            match prompt.take(key) {
+                Typed::More => {}
+                Typed::Away => self.prompt = None,
+                Typed::Direction(direction) => {
+                    self.prompt = None;
+                    source.send(&Command::SetDirection(direction));
+                }
+            }
+            return;
+        }
+        if let Some(meaning) = meaning(key, source.is_log()) {
+            self.prompt = None;
+            self.act(meaning, source);
+        }
+    }
+
+    /// Does what a key, or a typed line, asks for.
+    pub fn act(&mut self, meaning: Meaning, source: &mut dyn Source) {
+        match meaning {
+            Meaning::Command(command) => source.send(&command),
+            Meaning::Control(control) => source.control(control),
+            Meaning::Turn(by) => match self.dashboard.direction {
+                Some(direction) => {
+                    let turned = direction.turned(by);
+                    // Two presses in a row turn twice, whether or not the first was answered.
+                    self.dashboard.direction = Some(turned);
+                    source.send(&Command::SetDirection(turned));
+                }
+                None => {
+                    let text = "the direction is not known yet; type one with g";
+                    self.dashboard.note(Kind::Trouble, text);
+                }
+            },
+            Meaning::Type => self.prompt = Some(Prompt::default()),
+            Meaning::Help => self.help = !self.help,
+            Meaning::Quit => {
+                if !source.is_log() {
+                    source.send(&Command::Disarm);
+                    self.disarms = true;
+                }
+                self.over = true;
+            }
+            Meaning::Leave => self.over = true,
+        }
+    }
+
+    /// Whether the rover's knowledge can be read now, and should be.
+    fn wants_knowledge(&self) -> bool {
+        let dashboard = &self.dashboard;
+        let has_some = dashboard
+            .rover
+            .as_ref()
+            .is_some_and(|rover| rover.knowledge.is_some());
+        let known = match &dashboard.knowledge {
+            Knowledge::Known(mirror) => mirror.is_exact(),
+            Knowledge::Unknown(why) => matches!(why, Why::Unreadable(_)),
+        };
+        has_some && !known && dashboard.state.is_some() && !dashboard.controller_drives()
+    }
+
+    fn chunk(&mut self, chunk: &rover_shared::wire::message::Chunk) {
+        let Some(bytes) = self.pull.take(chunk) else {
+            return;
+        };
+        let followed = self.dashboard.mirror().cloned();
+        self.dashboard.learn_all(&bytes);
+        // Nothing ends a session but the rover itself; what was followed must be what is there.
+        if let (Some(followed), Some(read)) = (followed, self.dashboard.mirror())
+            && !followed.agrees_with(read)
+        {
+            let text = "what was followed differed from the rover's knowledge; it was read anew";
+            self.dashboard.note(Kind::Trouble, text);
+        }
+    }
+
+    fn forget_requests(&mut self) {
+        self.pull.abandon();
+        (self.pulled, self.asked) = (None, None);
+    }
+}

@@ -1,0 +1,231 @@
+//! Keys, from the keyboard to the rover and back to the screen.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use rover_host::monitor::source::Control;
+use rover_host::monitor::terminal::{ShowError, show};
+use rover_host::monitor::view::Look;
+use rover_host::monitor::{Happening, Source};
+use rover_shared::wire::message::{Command, Mode, State, Task};
+
+use crate::scene::Scene;
+
+fn direction(scene: &Scene) -> Option<f64> {
+    let direction = scene.watch.dashboard.direction?;
+    Some(f64::from(direction.0) / 1e6)
+}
+
+#[test]
+fn a_rover_is_armed_driven_and_stopped() {
+    let mut scene = Scene::new(1);
+    let state = |scene: &Scene| scene.watch.dashboard.state;
+    assert_eq!(state(&scene), Some(State::Disarmed));
+    for (key, expected) in [
+        ("a", State::Armed),
+        ("l", State::Driving(Mode::Learn)),
+        ("i", State::Armed),
+        ("r", State::Driving(Mode::Run)),
+        (" ", State::Disarmed),
+        ("a", State::Armed),
+        ("l", State::Driving(Mode::Learn)),
+        ("d", State::Disarmed),
+    ] {
+        scene.press(key);
+        scene.run(1);
+        assert_eq!(state(&scene), Some(expected), "{key}");
+    }
+}
+
+#[test]
+fn a_refusal_is_shown_until_something_succeeds() {
+    let mut scene = Scene::new(1);
+    scene.press("l");
+    assert!(scene.watch.dashboard.refused.is_some());
+    let picture = scene.picture(80, 24);
+    assert!(picture.contains("refused: mode learn: the rover is disarmed; arm it first"));
+    scene.press("a");
+    assert_eq!(scene.watch.dashboard.refused, None);
+}
+
+#[test]
+fn directions_are_turned_and_typed() {
+    let mut scene = Scene::new(1);
+    scene.press_code(KeyCode::Left);
+    scene.press_code(KeyCode::Left);
+    scene.run(2);
+    assert_eq!(direction(&scene), Some(30.0));
+    scene.press_code(KeyCode::Right);
+    scene.run(2);
+    assert_eq!(direction(&scene), Some(15.0));
+    scene.press("g90");
+    scene.press_code(KeyCode::Enter);
+    scene.run(2);
+    assert_eq!(direction(&scene), Some(-90.0), "clockwise, as on a compass");
+    scene.press("g4");
+    scene.press_code(KeyCode::Esc);
+    assert_eq!(scene.watch.prompt, None);
+    assert_eq!(direction(&scene), Some(-90.0));
+}
+
+#[test]
+fn stopping_comes_before_a_half_typed_number() {
+    let mut scene = Scene::learning(1, 2);
+    scene.press("g1 ");
+    scene.run(1);
+    assert_eq!(scene.watch.dashboard.state, Some(State::Disarmed));
+    assert_eq!(scene.watch.prompt, None);
+}
+
+#[test]
+fn tasks_are_chosen_and_knowledge_is_stored() {
+    let mut scene = Scene::learning(1, 60);
+    scene.press(" w");
+    scene.run(2);
+    let task = |scene: &Scene| scene.watch.dashboard.task;
+    assert_eq!(task(&scene), Some(Task::FollowChangingDirection));
+    scene.press("f");
+    scene.run(2);
+    assert_eq!(task(&scene), Some(Task::FollowDirection));
+    scene.press("s");
+    scene.run(2);
+    assert!(!scene.rover.borrow().stored().is_empty());
+}
+
+/// Shows a source on a screen of the test, with these keys, one every 2 seconds of the source's time.
+fn shown(source: &mut dyn Source, keys: Vec<KeyEvent>) -> Result<String, ShowError> {
+    let mut keys = VecDeque::from(keys);
+    let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
+    let mut ticks = 0;
+    let mut next = |_: Duration| {
+        ticks += 1;
+        assert!(ticks < 10_000, "it does not end");
+        Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
+    };
+    show(&mut screen, source, &mut next, Look::default())?;
+    Ok(screen.backend().to_string())
+}
+
+fn typed(keys: &str) -> Vec<KeyEvent> {
+    keys.chars().map(|key| KeyCode::Char(key).into()).collect()
+}
+
+/// Whether the rover drives, as it says itself.
+fn drives(scene: &mut Scene) -> bool {
+    scene.watch = Default::default();
+    scene.run(2);
+    matches!(scene.watch.dashboard.state, Some(State::Driving(_)))
+}
+
+#[test]
+fn leaving_disarms_unless_it_is_not_to() {
+    let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    for (end, drives_on) in [
+        (typed("q"), false),
+        (vec![ctrl_c], false),
+        (typed("Q"), true),
+    ] {
+        let mut scene = Scene::unseen(1);
+        let keys = [typed("al"), end.clone()].concat();
+        let screen = shown(&mut scene.source, keys).expect("the rover acknowledges");
+        assert!(screen.contains("DRIVING (learn)"), "{screen}");
+        // The dashboard says hello again only if the cable was pulled.
+        *scene.cable.borrow_mut() = false;
+        scene.run(1);
+        *scene.cable.borrow_mut() = true;
+        assert_eq!(drives(&mut scene), drives_on, "{end:?}");
+    }
+}
+
+#[test]
+fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
+    let mut scene = Scene::unseen(1);
+    let cable = scene.cable.clone();
+    let mut keys = VecDeque::from(typed("alq"));
+    let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
+    let mut ticks = 0;
+    let mut next = |_: Duration| {
+        ticks += 1;
+        *cable.borrow_mut() = ticks < 60;
+        Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
+    };
+    let left = show(&mut screen, &mut scene.source, &mut next, Look::default());
+    let error = left
+        .expect_err("it was unplugged while it drove")
+        .to_string();
+    assert!(error.contains("may still drive"), "{error}");
+}
+
+/// Notes what it is asked for.
+#[derive(Default)]
+struct Asked {
+    now: Duration,
+    commands: Vec<Command>,
+    controls: Vec<Control>,
+    log: bool,
+}
+
+impl Source for Asked {
+    fn now(&self) -> Duration {
+        self.now
+    }
+
+    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+        self.now += timeout;
+        Vec::new()
+    }
+
+    fn send(&mut self, command: &Command) {
+        self.commands.push(command.clone());
+    }
+
+    fn control(&mut self, control: Control) {
+        self.controls.push(control);
+    }
+
+    fn is_log(&self) -> bool {
+        self.log
+    }
+}
+
+#[test]
+fn keys_send_what_the_help_says_and_nothing_is_asked_of_nobody() {
+    let mut source = Asked::default();
+    shown(&mut source, typed("alri dfwsq")).expect("nobody has to acknowledge");
+    let expected = [
+        Command::Arm,
+        Command::SetMode(Mode::Learn),
+        Command::SetMode(Mode::Run),
+        Command::SetMode(Mode::Idle),
+        Command::Disarm,
+        Command::Disarm,
+        Command::SetTask(Task::FollowDirection),
+        Command::SetTask(Task::FollowChangingDirection),
+        Command::StoreKnowledge,
+        Command::Disarm,
+    ];
+    assert_eq!(source.commands, expected);
+}
+
+#[test]
+fn a_log_is_asked_for_nothing_but_to_play() {
+    let mut source = Asked {
+        log: true,
+        ..Asked::default()
+    };
+    shown(&mut source, typed(" +-a0$q")).expect("a log cannot drive");
+    assert_eq!(source.commands, []);
+    assert_eq!(
+        source.controls,
+        [
+            Control::PlayOrPause,
+            Control::Faster,
+            Control::Slower,
+            Control::Start,
+            Control::End
+        ]
+    );
+}

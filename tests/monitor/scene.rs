@@ -1,0 +1,153 @@
+//! A rover in this process, and somebody who watches it.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::KeyCode;
+use ratatui::layout::Rect;
+use rover_host::arena::{ArenaSource, Layout};
+use rover_host::experiment::{Known, SessionPlan, learn};
+use rover_host::knowledge;
+use rover_host::link::Client;
+use rover_host::link::loopback::{Loopback, LoopbackPort};
+use rover_host::log::{Log, LogWriter, Origin};
+use rover_host::monitor::live::Live;
+use rover_host::monitor::terminal::TICK;
+use rover_host::monitor::view::{self, Look};
+use rover_host::monitor::{Source, Watch};
+use rover_shared::learning::Mode;
+use rover_shared::parameters::{Coefficients, Parameters};
+
+/// A watched rover.
+pub struct Scene {
+    pub rover: Rc<RefCell<Loopback>>,
+    pub cable: Rc<RefCell<bool>>,
+    pub source: Live,
+    pub watch: Watch,
+}
+
+impl Scene {
+    /// A rover that was just found.
+    pub fn new(seed: u64) -> Self {
+        let mut scene = Self::unseen(seed);
+        scene.run(2);
+        scene
+    }
+
+    /// A rover of which nothing was heard yet.
+    pub fn unseen(seed: u64) -> Self {
+        let rover = Rc::new(RefCell::new(Loopback::new(seed)));
+        let port = LoopbackPort::new(rover.clone());
+        let cable = port.cable();
+        let client = Client::open(Box::new(port)).expect("the rover answers");
+        Self {
+            rover,
+            cable,
+            source: Live::new(client),
+            watch: Watch::default(),
+        }
+    }
+
+    /// One that learns for so many seconds.
+    pub fn learning(seed: u64, seconds: u64) -> Self {
+        let mut scene = Self::new(seed);
+        scene.press("al");
+        scene.run(seconds);
+        scene
+    }
+
+    /// Lets seconds pass.
+    pub fn run(&mut self, seconds: u64) {
+        let ticks = 1_000 * seconds / TICK.as_millis() as u64;
+        for _ in 0..ticks {
+            for happening in self.source.poll(TICK) {
+                self.watch.take(self.source.now(), &happening);
+            }
+            self.watch.ask(&mut self.source);
+        }
+    }
+
+    /// Presses keys, one after the other, and lets a tick pass after each.
+    pub fn press(&mut self, keys: &str) {
+        for key in keys.chars() {
+            self.press_code(KeyCode::Char(key));
+        }
+    }
+
+    pub fn press_code(&mut self, code: KeyCode) {
+        self.watch.key(code.into(), &mut self.source);
+        for happening in self.source.poll(TICK) {
+            self.watch.take(self.source.now(), &happening);
+        }
+    }
+
+    /// The notes so far.
+    pub fn notes(&self) -> Vec<&str> {
+        let notes = self.watch.dashboard.notes.iter();
+        notes.map(|note| note.text.as_str()).collect()
+    }
+
+    pub fn picture(&self, columns: u16, rows: u16) -> String {
+        picture(
+            &self.watch,
+            self.source.is_log(),
+            columns,
+            rows,
+            Look::default(),
+        )
+    }
+}
+
+/// Shows a source until it has ended or this much of its time has passed.
+pub fn watched(source: &mut dyn Source, span: Duration) -> Watch {
+    let mut watch = Watch::default();
+    let until = source.now() + span;
+    while source.now() < until && !source.ended() {
+        for happening in source.poll(TICK) {
+            watch.take(source.now(), &happening);
+        }
+        watch.ask(source);
+    }
+    watch
+}
+
+/// The dashboard as text, without the blanks at the lines' ends.
+pub fn picture(watch: &Watch, log: bool, columns: u16, rows: u16, look: Look) -> String {
+    let area = Rect::new(0, 0, columns, rows);
+    let mut buffer = Buffer::empty(area);
+    view::draw(area, &mut buffer, watch, log, look);
+    let mut text = String::new();
+    for row in buffer.content().chunks(columns.into()) {
+        let line: String = row.iter().map(|cell| cell.symbol()).collect();
+        text.push_str(line.trim_end());
+        text.push('\n');
+    }
+    text
+}
+
+/// The log of a few trials of learning.
+pub fn simulation() -> Log {
+    let coefficients = Coefficients::new(&Parameters::PAPER).expect("the paper's are valid");
+    let plan = SessionPlan {
+        seed: 3,
+        trials: 4,
+        steps: 120,
+        follow_direction: false,
+        arenas: ArenaSource::from(Layout::paper()),
+    };
+    let origin = Origin {
+        seed: plan.seed,
+        mode: Mode::Learn,
+        writer: "test".into(),
+    };
+    let nothing = Known::new(&coefficients.learning);
+    let before = knowledge::to_bytes(&nothing, coefficients.parameters());
+    let file = std::io::Cursor::new(Vec::new());
+    let mut log = LogWriter::new(file, &origin, &before).expect("memory takes it");
+    let learned = learn(&plan, &coefficients, &mut log, |_| {});
+    let after = knowledge::to_bytes(&learned.knowledge, coefficients.parameters());
+    let file = log.finish(&after).expect("memory takes it");
+    Log::read(file.get_ref()).expect("it was just written")
+}
