@@ -16,6 +16,7 @@ use super::task::TaskChoice;
 use super::{Failure, narrate, print, print_json, values};
 use crate::arena::ArenaSource;
 use crate::board::elf::Image;
+use crate::board::rtt::Log;
 use crate::emulation::{Emulation, EmulationReport, Meter};
 use crate::experiment::{Stream, generator};
 use crate::link::emulated::EmulatedPort;
@@ -72,6 +73,13 @@ pub struct Arguments {
     /// Seconds of wall-clock time after which the run is given up
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     limit: u64,
+    /// Only wait for other programs, on a pseudo-terminal, in real time, until Ctrl-C: every command
+    /// with --port works on it
+    #[arg(long, conflicts_with_all = ["log", "report", "json", "knowledge"])]
+    pty: bool,
+    /// Show the firmware's own log lines, if it was built with them (cargo fw --features defmt)
+    #[arg(short, long)]
+    verbose: bool,
     /// Measure times, load and sizes; slower
     #[arg(long)]
     report: bool,
@@ -179,6 +187,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .then(|| Meter::new(&mut rover.borrow_mut(), &image))
         .transpose()?;
     let interrupt = Interrupt::listen()?;
+    if arguments.pty {
+        return serve(&mut rover.borrow_mut(), &interrupt);
+    }
     let began = time::Instant::now();
     let mut client = Client::open(Box::new(EmulatedPort::open(Rc::clone(&rover))?))?;
     eprintln!("rover: {}", narrate::hello(client.hello()));
@@ -220,6 +231,39 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&text(&outcome))
 }
 
+/// Lets other programs have the rover.
+#[cfg(unix)]
+fn serve(rover: &mut Emulation, interrupt: &Interrupt) -> Result<(), Failure> {
+    use crate::emulation::pseudo_terminal::PseudoTerminal;
+    /// How often bytes are carried.
+    const EVERY: Duration = Duration::from_millis(5);
+    let mut terminal = PseudoTerminal::new()?;
+    print(&format!("{}\n", terminal.path()))?;
+    eprintln!(
+        "rover: an emulated rover is there; try, in another terminal:\n  \
+         rover monitor --port {}",
+        terminal.path()
+    );
+    let began = time::Instant::now();
+    let start = rover.now();
+    while !interrupt.is_set() {
+        rover.run(EVERY);
+        terminal.carry(rover);
+        let emulated = time::Duration::from_micros(rover.now().since(start).0);
+        if let Some(ahead) = emulated.checked_sub(began.elapsed()) {
+            std::thread::sleep(ahead);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn serve(_: &mut Emulation, _: &Interrupt) -> Result<(), Failure> {
+    Err(Failure::Usage(
+        "there are no pseudo-terminals on this system: use the commands' own --emulate".into(),
+    ))
+}
+
 /// Watches the rover until it has done its actions or stopped.
 fn drive(
     arguments: &Arguments,
@@ -230,12 +274,18 @@ fn drive(
 ) -> Result<Drive, Failure> {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} actions  {msg}")?;
     let bar = ProgressBar::new(arguments.steps.into()).with_style(style);
+    let mut log = firmware_log(arguments)?;
     let mut drive = Drive::default();
     let mut heard = listener.client().now();
     while drive.actions < arguments.steps.into() {
         if interrupt.is_set() {
             drive.ended = Some(steering::Ended::Interrupted);
             break;
+        }
+        if let Some(log) = &mut log {
+            for line in log.lines(rover.borrow_mut().machine_mut()) {
+                bar.suspend(|| eprintln!("board: {line}"));
+            }
         }
         let wall = began.elapsed();
         if wall.as_secs() >= arguments.limit {
@@ -277,6 +327,21 @@ fn drive(
     bar.finish_and_clear();
     drive.lost_frames = listener.client().counters().lost;
     Ok(drive)
+}
+
+/// The firmware's log, if it is to be shown.
+fn firmware_log(arguments: &Arguments) -> Result<Option<Log>, Failure> {
+    if !arguments.verbose {
+        return Ok(None);
+    }
+    let elf = std::fs::read(&arguments.elf)?;
+    let log = Log::new(&elf, &Image::parse(&elf)?)?;
+    log.map(Some).ok_or_else(|| {
+        Failure::Failed(format!(
+            "{}: was built without log lines: cargo fw --features defmt",
+            arguments.elf.display()
+        ))
+    })
 }
 
 /// How long the sensors take to be believed, without which arming is refused.

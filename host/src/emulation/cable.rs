@@ -35,6 +35,7 @@ pub struct Cable {
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
     slices: u32,
+    was_found: bool,
 }
 
 impl Cable {
@@ -50,6 +51,7 @@ impl Cable {
             outgoing: Vec::new(),
             incoming: Vec::new(),
             slices: 0,
+            was_found: false,
         }
     }
 
@@ -62,6 +64,11 @@ impl Cable {
         machine.usb_mut().set_dtr(open, now);
     }
 
+    /// Whether a program has the port open.
+    pub const fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// Whether the port is open and the board has heard of it.
     pub fn connected(&self, machine: &Machine) -> bool {
         self.open && machine.usb().state() == State::Configured { dtr: true }
@@ -70,6 +77,12 @@ impl Cable {
     /// Whether the cable is in and the board was found.
     pub fn found(&self, machine: &Machine) -> bool {
         matches!(machine.usb().state(), State::Configured { .. })
+    }
+
+    /// Whether the board was there and is not any more.
+    fn left(&mut self, machine: &Machine) -> bool {
+        let found = self.found(machine);
+        std::mem::replace(&mut self.was_found, found) && !found
     }
 
     /// Queues bytes for the board.
@@ -125,6 +138,8 @@ impl Cable {
     /// Carries bytes; called once a slice. Gives what came out of the board, as it left it.
     pub fn carry(&mut self, machine: &mut Machine) -> Vec<u8> {
         self.slices = self.slices.wrapping_add(1);
+        // The host's driver closes a port whose device has left.
+        self.open &= !self.left(machine);
         let now = machine.now();
         let burst = self.slices.is_multiple_of(BURST_EVERY);
         if self.defects.garbage_in && burst {

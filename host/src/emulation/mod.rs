@@ -16,12 +16,15 @@
 //! | `wiring` | which pin is wired to what |
 //! | `cable` | USB cable and the host's port |
 //! | `noise` | what a bad cable does to bytes |
+//! | `pseudo_terminal` | a port for other programs |
 //! | `tasks` | where the firmware's tasks are, to hang them |
 //! | `track` | where the vehicle was |
 //! | `report` | what was measured: times, loads, sizes |
 
 mod cable;
 mod noise;
+#[cfg(unix)]
+pub mod pseudo_terminal;
 mod report;
 mod tasks;
 mod track;
@@ -175,6 +178,11 @@ impl Emulation {
     /// Opens or closes the host's port.
     pub fn set_open(&mut self, open: bool) {
         self.cable.set_open(&mut self.machine, open);
+    }
+
+    /// Whether the host's port is open.
+    pub const fn is_open(&self) -> bool {
+        self.cable.is_open()
     }
 
     /// Whether the port is open and the board has heard of it.
