@@ -61,6 +61,9 @@ pub struct Arguments {
     /// Knowledge to begin with [default: none, as on a new board]
     #[arg(long, value_name = "FILE")]
     knowledge: Option<PathBuf>,
+    /// Write what the rover knows in the end
+    #[arg(long, value_name = "FILE.rover")]
+    save: Option<PathBuf>,
     /// Decides all chance: start, noise, and what the rover draws
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -75,7 +78,7 @@ pub struct Arguments {
     limit: u64,
     /// Only wait for other programs, on a pseudo-terminal, in real time, until Ctrl-C: every command
     /// with --port works on it
-    #[arg(long, conflicts_with_all = ["log", "report", "json", "knowledge"])]
+    #[arg(long, conflicts_with_all = ["log", "report", "json", "knowledge", "save"])]
     pty: bool,
     /// Show the firmware's own log lines, if it was built with them (cargo fw --features defmt)
     #[arg(short, long)]
@@ -211,9 +214,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let driven = drive(arguments, &rover, &mut listener, &interrupt, began);
     // Whatever happened: the motors off, then the file whole.
     let stopped = steering::stop(listener.client());
+    let saved = match &arguments.save {
+        Some(path) if driven.is_ok() => save(listener.client(), path),
+        _ => Ok(()),
+    };
     let log = listener.finish()?;
     let drive = driven?;
     stopped?;
+    saved?;
     let emulated_seconds = rover.borrow().now().0 as f64 / 1e6;
     let wall_seconds = began.elapsed().as_secs_f64();
     let outcome = Outcome {
@@ -229,6 +237,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return print_json(&outcome);
     }
     print(&text(&outcome))
+}
+
+fn save(client: &mut Client, path: &Path) -> Result<(), Failure> {
+    let bytes = client.pull_knowledge(|_, _| {})?;
+    Ok(crate::files::write_whole(path, &bytes)?)
 }
 
 /// Lets other programs have the rover.
@@ -389,8 +402,13 @@ fn text(outcome: &Outcome) -> String {
         log,
         report,
     } = outcome;
+    let ended = match drive.ended {
+        Some(steering::Ended::ByRover(state)) => format!("; then {}", narrate::state(state)),
+        Some(steering::Ended::Interrupted) => "; then interrupted".into(),
+        Some(steering::Ended::Time) | None => String::new(),
+    };
     let mut text = format!(
-        "{}\n{emulated_seconds:.1} s emulated in {wall_seconds:.1} s, {times_real_time:.0} times \
+        "{}{ended}\n{emulated_seconds:.1} s emulated in {wall_seconds:.1} s, {times_real_time:.0} times \
          real time; {incidents} resets, faults and power cuts\n",
         drive.line()
     );
