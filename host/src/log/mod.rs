@@ -22,6 +22,7 @@
 //! | `session` | what both kinds of logs have in common, and replays start from |
 //! | `table` | drives recorded by others, as CSV |
 
+mod lengths;
 pub mod message;
 mod reader;
 pub mod recording;
