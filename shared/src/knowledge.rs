@@ -182,7 +182,7 @@ impl<M: Memory> Knowledge<M> {
         let parameters = read_parameters(rest)?;
         let limit = parameters.learning.amplitude_limit * f64::from(Activation::ONE);
         // `as` saturates: whatever the file says, nothing beyond the lattice's range gets in.
-        let limit = Activation((limit as i32).min(Activation::LIMIT.0));
+        let limit = Activation((limit as i32).clamp(0, Activation::LIMIT.0));
         self.steps = u32::from_le_bytes(take(rest)?);
         self.sensing.width = u32::from_le_bytes(take(rest)?);
         for neuron in &mut self.sensing.neurons {
@@ -441,6 +441,22 @@ mod tests {
         let sum = CRC.checksum(&falling[..end]);
         falling[end..].copy_from_slice(&sum.to_le_bytes());
         assert_eq!(read(&falling).map(|_| ()), Err(KnowledgeError::Impossible));
+    }
+
+    /// The limit is checked with all other parameters only when they are used.
+    #[test]
+    fn a_limit_below_zero_lets_no_amplitude_in() {
+        for limit in [-1.0, f64::NEG_INFINITY, f64::NAN] {
+            let mut parameters = Parameters::PAPER;
+            parameters.learning.amplitude_limit = limit;
+            let mut bytes = Vec::new();
+            let written = learned(1, 3).write::<PaperRule, ()>(&parameters, |part| {
+                bytes.extend_from_slice(part);
+                Ok(())
+            });
+            assert_eq!(written, Ok(()));
+            assert_eq!(read(&bytes).map(|_| ()), Err(KnowledgeError::Impossible));
+        }
     }
 
     #[test]

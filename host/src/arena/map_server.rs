@@ -5,9 +5,10 @@
 //! robot could neither be placed nor be judged in the unknown. A map alone has random starts and
 //! goals; an arena file can name a map and say where they are (`map = "map.yaml"`).
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use image::{ImageFormat, ImageReader, Limits};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use serde::Deserialize;
 
 use super::error::ArenaError;
@@ -61,16 +62,36 @@ pub(super) fn load(path: &Path) -> Result<OccupancyGrid, ArenaError> {
     let text = std::fs::read_to_string(path).map_err(read)?;
     let entry = parse(path, &text)?;
     let image = path.parent().unwrap_or(Path::new("")).join(&entry.image);
-    let (columns, pixels) = pixels(&image)?;
-    // Images run from the top, arenas from below.
-    let rows = pixels.chunks_exact(columns).rev();
-    let occupied = rows.flatten().map(|pixel| !entry.is_free(*pixel)).collect();
-    // Metres per pixel to centimetres per cell.
-    Ok(OccupancyGrid::new(
-        columns,
-        entry.resolution * 100.0,
-        occupied,
-    ))
+    let bytes = std::fs::read(&image).map_err(|source| ArenaError::Read {
+        path: image.clone(),
+        source,
+    })?;
+    entry.grid(&image, &bytes)
+}
+
+/// A map by the contents of its files.
+pub(super) fn from_contents(
+    path: &Path,
+    text: &str,
+    image: &[u8],
+) -> Result<OccupancyGrid, ArenaError> {
+    let entry = parse(path, text)?;
+    entry.grid(&entry.image, image)
+}
+
+impl MapEntry {
+    fn grid(&self, image: &Path, bytes: &[u8]) -> Result<OccupancyGrid, ArenaError> {
+        let (columns, pixels) = pixels(image, bytes)?;
+        // Images run from the top, arenas from below.
+        let rows = pixels.chunks_exact(columns).rev();
+        let occupied = rows.flatten().map(|pixel| !self.is_free(*pixel)).collect();
+        // Metres per pixel to centimetres per cell.
+        Ok(OccupancyGrid::new(
+            columns,
+            self.resolution * 100.0,
+            occupied,
+        ))
+    }
 }
 
 fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
@@ -115,29 +136,31 @@ fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
 }
 
 /// The width of an image, and its pixels from the top left, 0 = black.
-fn pixels(path: &Path) -> Result<(usize, Vec<u8>), ArenaError> {
+fn pixels(path: &Path, bytes: &[u8]) -> Result<(usize, Vec<u8>), ArenaError> {
     let problem = |problem: String| ArenaError::File {
         path: path.to_path_buf(),
         problem,
     };
-    let open = || {
-        let opened = ImageReader::open(path);
-        let mut reader = opened.map_err(|source| ArenaError::Read {
-            path: path.into(),
-            source,
-        })?;
-        reader.set_format(ImageFormat::Pnm);
-        let mut limits = Limits::default();
-        limits.max_image_width = Some(LARGEST_SIDE);
-        limits.max_image_height = Some(LARGEST_SIDE);
-        reader.limits(limits);
-        Ok(reader)
-    };
-    let image = open()?.decode().map_err(|error| {
+    let not_an_image = |error| {
         problem(format!(
             "not a PGM image of at most {LARGEST_SIDE} by {LARGEST_SIDE} pixels: {error}"
         ))
-    })?;
+    };
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Pnm);
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(LARGEST_SIDE);
+    limits.max_image_height = Some(LARGEST_SIDE);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(not_an_image)?;
+    let (width, height) = decoder.dimensions();
+    // No more room is taken than for what can be there: the least that a pixel takes is a bit.
+    if u64::from(width) * u64::from(height) > 8 * bytes.len() as u64 {
+        return Err(problem(format!(
+            "the image is cut off: {width} by {height} pixels do not fit into {} bytes",
+            bytes.len()
+        )));
+    }
+    let image = DynamicImage::from_decoder(decoder).map_err(not_an_image)?;
     let grey = image.into_luma8();
     if grey.width() == 0 || grey.height() == 0 {
         return Err(problem("the image has no pixels".to_owned()));

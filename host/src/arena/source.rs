@@ -8,6 +8,7 @@ use rand_pcg::Pcg32;
 
 use super::error::ArenaError;
 use super::fixed::{Fixed, Task};
+use super::grid::OccupancyGrid;
 use super::layout::{GOAL_RADIUS_CM, Layout};
 use super::model::RobotModel;
 use super::obstacle::Obstacle;
@@ -107,10 +108,28 @@ impl ArenaSource {
             .unwrap_or_default();
         let fixed = match extension.to_ascii_lowercase().as_str() {
             "toml" => file::load(path)?,
-            "yaml" | "yml" => map_arena(path)?,
+            "yaml" | "yml" => map_arena(path, map_server::load(path)?)?,
             _ => return Err(ArenaError::Unknown(path.display().to_string())),
         };
         Ok(Self(Kind::Fixed(fixed)))
+    }
+
+    /// An arena by the text of its file; `path` is for errors, and for the place of a map that the
+    /// text names.
+    ///
+    /// # Errors
+    /// If the text is not that of a valid arena file.
+    pub fn from_toml(path: &Path, text: &str) -> Result<Self, ArenaError> {
+        Ok(Self(Kind::Fixed(file::parse(path, text)?)))
+    }
+
+    /// A `map_server` map by the contents of its YAML file and of its image; `path` is for errors.
+    ///
+    /// # Errors
+    /// If they are not those of a valid map.
+    pub fn from_map(path: &Path, yaml: &str, image: &[u8]) -> Result<Self, ArenaError> {
+        let map = map_server::from_contents(path, yaml, image)?;
+        Ok(Self(Kind::Fixed(map_arena(path, map)?)))
     }
 
     /// The arena of the next trial: all that is left to chance is drawn from `rng`.
@@ -131,8 +150,8 @@ impl ArenaSource {
 }
 
 /// A map alone: the paper's robot, and start and goal in random places.
-fn map_arena(path: &Path) -> Result<Fixed, ArenaError> {
-    let map = Obstacle::Grid(map_server::load(path)?);
+fn map_arena(path: &Path, map: OccupancyGrid) -> Result<Fixed, ArenaError> {
+    let map = Obstacle::Grid(map);
     let [_, size] = map.bounds_cm();
     let world = World::new(size.x, size.y, vec![map]);
     let task = Task::ReachAnywhere {

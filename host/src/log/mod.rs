@@ -20,11 +20,13 @@
 //! | `arena` | the message that says where a trial takes place |
 //! | `message` | all other messages, their schemas and the checksum that chains them |
 //! | `writer`, `reader` | whole logs |
+//! | `lengths` | whether the lengths that a file claims can be true |
 //! | `recording` | logs of a rover, as it was heard over its port |
 //! | `session` | what both kinds of logs have in common, and replays start from |
 //! | `table` | drives recorded by others, as CSV |
 
 pub mod arena;
+mod lengths;
 pub mod message;
 mod reader;
 pub mod recording;

@@ -10,6 +10,7 @@ use mcap::records::{ChunkHeader, Record};
 use rover_shared::learning::Mode;
 
 use super::arena::Arena;
+use super::lengths;
 use super::message::{Chain, End, Step};
 use super::recording::{Recording, SOURCE};
 use super::session::Sessions;
@@ -65,6 +66,9 @@ pub enum ReadError {
     /// A chunk's checksum is wrong.
     #[error("damaged after message {0}: {1}")]
     Damaged(usize, mcap::McapError),
+    /// A record holds a length that cannot be true.
+    #[error("damaged at byte {0}: a record there claims to hold more than it does")]
+    Length(usize),
     /// A message is not what its channel holds.
     #[error("message {0} is not valid: {1}")]
     Message(usize, serde_json::Error),
@@ -206,6 +210,9 @@ pub(super) type Attachments = BTreeMap<String, Vec<u8>>;
 pub(super) fn read_records(
     file: &[u8],
 ) -> Result<(Option<BTreeMap<String, String>>, Attachments), ReadError> {
+    if let Some(at) = lengths::first_impossible(file) {
+        return Err(ReadError::Length(at));
+    }
     let (mut metadata, mut attachments) = (None, Attachments::new());
     for record in LinearReader::new_with_options(file, EnumSet::only(Options::IgnoreEndMagic))? {
         match record {

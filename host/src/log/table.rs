@@ -216,10 +216,24 @@ impl Drive {
     /// [`TableError`], which names file, line, and what was expected.
     pub fn read(path: &Path, columns: &Columns) -> Result<Self, TableError> {
         let name = path.display().to_string();
+        match std::fs::File::open(path) {
+            Ok(file) => Self::from_csv(name, file, columns),
+            Err(error) => Err(TableError::Io(name, error.into())),
+        }
+    }
+
+    /// Reads CSV from anywhere; `name` is for errors.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn from_csv(
+        name: String,
+        csv: impl std::io::Read,
+        columns: &Columns,
+    ) -> Result<Self, TableError> {
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_path(path)
-            .map_err(|error| TableError::Io(name.clone(), error))?;
+            .from_reader(csv);
         let header = reader
             .headers()
             .map_err(|e| TableError::Io(name.clone(), e))?

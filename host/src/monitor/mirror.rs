@@ -60,7 +60,7 @@ impl Mirror {
         Ok(Self {
             neurons: known.sensing.neurons,
             // `as` saturates, and a staircase has no larger amplitude anyway.
-            limit: Activation((limit as i32).min(Activation::LIMIT.0)),
+            limit: Activation((limit as i32).clamp(0, Activation::LIMIT.0)),
             steps: known.steps,
             patterns: patterns.collect(),
             fingerprint: Some(fingerprint(bytes)),
