@@ -9,7 +9,8 @@
 //! | file | holds |
 //! |---|---|
 //! | `source`, `happening` | where it comes from, and what comes |
-//! | `model`, `mirror` | what is shown; what the rover knows, followed |
+//! | `model`, `hear` | what is shown, and how what is heard changes it |
+//! | `mirror` | what the rover knows, followed |
 //! | `watch`, `pull`, `keys` | what is asked for |
 //! | `terminal` | the loops that keep it going |
 //! | `view` | the picture, one panel a file |
@@ -18,6 +19,7 @@
 //! | `words` | the contract's values as words |
 
 pub mod happening;
+mod hear;
 mod json;
 pub mod keys;
 pub mod live;
