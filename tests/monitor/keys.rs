@@ -159,6 +159,27 @@ fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
     assert!(error.contains("may still drive"), "{error}");
 }
 
+#[test]
+fn a_terminal_that_is_lost_disarms() {
+    let mut scene = Scene::unseen(1);
+    let mut keys = VecDeque::from(typed("al"));
+    let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
+    let mut ticks = 0;
+    let mut next = |_: Duration| {
+        ticks += 1;
+        if ticks > 200 {
+            return Err(std::io::ErrorKind::BrokenPipe.into());
+        }
+        Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
+    };
+    let lost = show(&mut screen, &mut scene.source, &mut next, Look::default());
+    assert!(matches!(lost, Err(ShowError::Terminal(_))), "{lost:?}");
+    *scene.cable.borrow_mut() = false;
+    scene.run(1);
+    *scene.cable.borrow_mut() = true;
+    assert!(!drives(&mut scene));
+}
+
 /// Notes what it is asked for.
 #[derive(Default)]
 struct Asked {

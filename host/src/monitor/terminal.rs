@@ -83,10 +83,26 @@ pub fn show<B: Backend>(
     look: Look,
 ) -> Result<(), ShowError> {
     let mut watch = Watch::default();
+    let shown = show_until_over(terminal, source, keys, look, &mut watch);
+    if shown.is_err() && !watch.is_over() {
+        // Nobody can see any more what the rover does, or stop it.
+        watch.act(Meaning::Quit, source);
+    }
+    farewell(&mut watch, source)?;
+    shown
+}
+
+fn show_until_over<B: Backend>(
+    terminal: &mut Terminal<B>,
+    source: &mut dyn Source,
+    keys: &mut dyn FnMut(Duration) -> io::Result<Option<KeyEvent>>,
+    look: Look,
+    watch: &mut Watch,
+) -> Result<(), ShowError> {
     while !watch.is_over() {
         let log = source.is_log();
         let drawn = terminal.draw(|frame| {
-            view::draw(frame.area(), frame.buffer_mut(), &watch, log, look);
+            view::draw(frame.area(), frame.buffer_mut(), watch, log, look);
         });
         drawn.map_err(|error| ShowError::Terminal(error.to_string()))?;
         for happening in source.poll(TICK) {
@@ -97,7 +113,7 @@ pub fn show<B: Backend>(
             watch.key(key, source);
         }
     }
-    Ok(farewell(&mut watch, source)?)
+    Ok(())
 }
 
 fn failed(error: io::Error) -> ShowError {
