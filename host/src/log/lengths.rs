@@ -2,7 +2,8 @@
 //!
 //! Strings and lists in MCAP records begin with their length (<https://mcap.dev/spec>). The `mcap`
 //! crate takes that much memory before it looks whether so much is there: four bytes of damage are
-//! four gigabytes. So records are looked through first; nothing is copied.
+//! four gigabytes. It also adds to the length of a record in a chunk without a check. So records
+//! are looked through first; nothing is copied.
 
 use mcap::MAGIC;
 
@@ -20,6 +21,8 @@ enum Part {
 
 use Part::{Counted, Fixed, Records, Strings};
 
+const CHUNK: u8 = 0x06;
+
 /// The parts of a kind of record; none for kinds that have no lengths within.
 const fn parts(kind: u8) -> &'static [Part] {
     match kind {
@@ -30,7 +33,7 @@ const fn parts(kind: u8) -> &'static [Part] {
         // Channel: numbers; topic, encoding, metadata.
         0x04 => &[Fixed(4), Counted, Counted, Strings],
         // Chunk: times, size, checksum; compression, records.
-        0x06 => &[Fixed(28), Counted, Records],
+        CHUNK => &[Fixed(28), Counted, Records],
         // Message index: channel; times and places.
         0x07 => &[Fixed(2), Counted],
         // Chunk index: times, place, length; places of indexes; their length; compression.
@@ -53,19 +56,27 @@ const fn parts(kind: u8) -> &'static [Part] {
 /// off is looked through up to the cut.
 pub(super) fn first_impossible(file: &[u8]) -> Option<usize> {
     let records = file.get(MAGIC.len()..).unwrap_or_default();
-    impossible(records).map(|at| at + MAGIC.len())
-}
-
-/// The same among records that follow each other.
-fn impossible(records: &[u8]) -> Option<usize> {
     let mut rest = records;
     while let Some((kind, content, after)) = split_record(rest) {
         if !fits(parts(kind), content) {
-            return Some(records.len() - rest.len());
+            return Some(MAGIC.len() + records.len() - rest.len());
         }
         rest = after;
     }
     None
+}
+
+/// Whether these are whole records, as they stand in a chunk: no chunks again.
+fn are_whole(mut records: &[u8]) -> bool {
+    while !records.is_empty() {
+        match split_record(records) {
+            Some((kind, content, after)) if kind != CHUNK && fits(parts(kind), content) => {
+                records = after;
+            }
+            _ => return false,
+        }
+    }
+    true
 }
 
 /// The first record's kind and content, and what follows it; `None` if it is not whole.
@@ -84,7 +95,7 @@ fn fits(parts: &[Part], mut content: &[u8]) -> bool {
                 .filter(|(strings, _)| are_counted(strings))
                 .map(|(_, rest)| rest),
             Records => split_counted_64(content)
-                .filter(|(records, _)| impossible(records).is_none())
+                .filter(|(records, _)| are_whole(records))
                 .map(|(_, rest)| rest),
         };
         content = rest.unwrap_or_default();
@@ -154,6 +165,22 @@ mod tests {
         assert_eq!(first_impossible(&file(&[chunk(&list(TEXT))])), None);
         let bad = file(&[chunk(&list(HUGE))]);
         assert_eq!(first_impossible(&bad), Some(MAGIC.len()));
+    }
+
+    #[test]
+    fn chunks_hold_whole_records_and_no_chunks() {
+        let chunk = |records: &[u8]| {
+            let length = (records.len() as u64).to_le_bytes();
+            record(CHUNK, &[&[0; 28][..], &[0; 4], &length, records].concat())
+        };
+        let whole = record(0x05, b"message");
+        assert_eq!(first_impossible(&file(&[chunk(&whole)])), None);
+        let cut = file(&[chunk(&whole[..whole.len() - 1])]);
+        assert_eq!(first_impossible(&cut), Some(MAGIC.len()));
+        let longest = file(&[chunk(&[&[0x05][..], &[0xFF; 8]].concat())]);
+        assert_eq!(first_impossible(&longest), Some(MAGIC.len()));
+        let nested = (0..10_000).fold(whole, |records, _| chunk(&records));
+        assert_eq!(first_impossible(&file(&[nested])), Some(MAGIC.len()));
     }
 
     #[test]
