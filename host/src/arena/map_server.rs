@@ -17,6 +17,12 @@ use super::grid::OccupancyGrid;
 /// Largest map: 4096 by 4096 cells.
 const LARGEST_SIDE: u32 = 4096;
 
+/// Bytes of the largest image: as text a pixel takes up to four, and 16-bit ones two more.
+const LARGEST_FILE: u64 = 8 * LARGEST_SIDE as u64 * LARGEST_SIDE as u64;
+
+/// Scalars, lists and so on of a map's file, with what its aliases repeat.
+const MOST_EVENTS: usize = 10_000;
+
 /// A cell is at most this large, in metres.
 const LARGEST_RESOLUTION: f64 = 10.0;
 
@@ -62,11 +68,20 @@ pub(super) fn load(path: &Path) -> Result<OccupancyGrid, ArenaError> {
     let text = std::fs::read_to_string(path).map_err(read)?;
     let entry = parse(path, &text)?;
     let image = path.parent().unwrap_or(Path::new("")).join(&entry.image);
-    let bytes = std::fs::read(&image).map_err(|source| ArenaError::Read {
+    let bytes = read_bounded(&image).map_err(|source| ArenaError::Read {
         path: image.clone(),
         source,
     })?;
     entry.grid(&image, &bytes)
+}
+
+/// Reads a file up to what the largest image can take: a map may name a device that never ends.
+fn read_bounded(path: &Path) -> std::io::Result<Vec<u8>> {
+    use std::io::Read as _;
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path)?;
+    file.take(LARGEST_FILE).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// A map by the contents of its files.
@@ -99,7 +114,18 @@ fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
         path: path.to_path_buf(),
         problem,
     };
-    let entry: MapEntry = serde_saphyr::from_str(text).map_err(|error| {
+    // A map has some ten lines: aliases that multiply a small file's contents are refused.
+    let options = serde_saphyr::options! {
+        budget: serde_saphyr::budget! {
+            max_events: MOST_EVENTS,
+            max_recorded_anchor_events: MOST_EVENTS,
+        },
+        alias_limits: serde_saphyr::alias_limits! {
+            max_total_replayed_events: MOST_EVENTS,
+        },
+    };
+    let read = serde_saphyr::from_str_with_options(text, options);
+    let entry: MapEntry = read.map_err(|error| {
         let line = error.location().map(|at| at.line() as usize);
         let text = error.without_snippet().to_string().replace('\n', "; ");
         match line {
@@ -251,6 +277,22 @@ mod tests {
             picture(&format!("{YAML}mode: scale\n"), RAW),
             ["...", "##."]
         );
+    }
+
+    #[test]
+    fn aliases_that_multiply_and_images_without_end_are_refused() {
+        let mut yaml = String::from("a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n");
+        for level in 1..9 {
+            let before = format!("*a{}", level - 1);
+            let list = vec![before; 10].join(", ");
+            yaml.push_str(&format!("a{level}: &a{level} [{list}]\n"));
+        }
+        loaded(&(yaml + YAML), RAW).expect_err("a billion scalars");
+        if Path::new("/dev/zero").exists() {
+            let endless = YAML.replace("map.pgm", "/dev/zero");
+            let error = loaded(&endless, RAW).expect_err("no image").to_string();
+            assert!(error.contains("/dev/zero"), "{error}");
+        }
     }
 
     #[test]

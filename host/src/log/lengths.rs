@@ -38,8 +38,9 @@ const fn parts(kind: u8) -> &'static [Part] {
         0x07 => &[Fixed(2), Counted],
         // Chunk index: times, place, length; places of indexes; their length; compression.
         0x08 => &[Fixed(32), Counted, Fixed(8), Counted],
-        // Attachment: times; name, type. (Its data is not copied before it is there.)
-        0x09 => &[Fixed(16), Counted, Counted],
+        // Attachment: times; name, type; the data's length, and a checksum, which may not be missing.
+        // (The data is not copied before it is there.)
+        0x09 => &[Fixed(16), Counted, Counted, Fixed(8 + 4)],
         // Attachment index: place, length, times, size; name, type.
         0x0A => &[Fixed(40), Counted, Counted],
         // Statistics: seven counts and two times; messages of each channel.
@@ -181,6 +182,14 @@ mod tests {
         assert_eq!(first_impossible(&longest), Some(MAGIC.len()));
         let nested = (0..10_000).fold(whole, |records, _| chunk(&records));
         assert_eq!(first_impossible(&file(&[nested])), Some(MAGIC.len()));
+    }
+
+    #[test]
+    fn an_attachment_has_a_checksum() {
+        let attachment = |end: &[u8]| record(0x09, &[&[0; 16][..], TEXT, TEXT, end].concat());
+        assert_eq!(first_impossible(&file(&[attachment(&[0; 12])])), None);
+        let short = file(&[attachment(&[0; 11])]);
+        assert_eq!(first_impossible(&short), Some(MAGIC.len()));
     }
 
     #[test]
