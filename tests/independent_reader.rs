@@ -160,7 +160,12 @@ fn a_recording_with_every_kind_of_message_is_read_by_others() {
         })
         .collect();
     assert_eq!(heard, reports());
-    assert_eq!(recording.knowledge.values().collect::<Vec<_>>(), [&bytes]);
+    let kept: Vec<_> = recording
+        .knowledge
+        .values()
+        .map(|kept| kept.to_vec())
+        .collect();
+    assert_eq!(kept, [bytes.clone()]);
 
     let Some(found) = read(&path) else {
         return;

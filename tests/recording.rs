@@ -139,7 +139,7 @@ fn a_learning_rover_replays_to_the_same_bits() {
     );
     let sessions = Sessions::read(&files).unwrap();
     let last = sessions.sessions.last().unwrap();
-    assert_eq!(last.after, Some(Knowledge::Bytes(stored)));
+    assert_eq!(last.after, Some(Knowledge::Bytes(stored.into())));
     // What figures and the monitor look at.
     let log = Log::read(&files[0]).unwrap();
     assert_eq!(log.entries.len(), replayed.steps);
@@ -199,7 +199,7 @@ fn knowledge_at_the_end_is_compared() {
         panic!("it was pulled at the end");
     };
     let print = rover_shared::wire::transfer::fingerprint(bytes);
-    let mut other = bytes.clone();
+    let mut other = bytes.to_vec();
     *other.last_mut().unwrap() ^= 1;
     *after = Some(Knowledge::Bytes(other));
     let text = |s: &Sessions| {

@@ -215,7 +215,7 @@ impl Replay {
 
     fn before(&mut self, beginning: &Beginning) -> Option<Vec<u8>> {
         match &beginning.before {
-            Knowledge::Bytes(bytes) => Some(bytes.clone()),
+            Knowledge::Bytes(bytes) => Some(bytes.to_vec()),
             Knowledge::Named(print) => {
                 let known = self.known.take();
                 known.filter(|known| fingerprint(known) == *print)

@@ -6,6 +6,8 @@
 //! dropped, end what can be replayed of it. Actions after such a gap belong to a session of which
 //! only the actions are known.
 
+use std::sync::Arc;
+
 use rover_shared::controller::StepRecord;
 use rover_shared::learning::Mode;
 use rover_shared::rover::interrupts;
@@ -63,8 +65,8 @@ pub struct Beginning {
 /// What was known at some moment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Knowledge {
-    /// This, as bytes.
-    Bytes(Vec<u8>),
+    /// This, as bytes; sessions that start from the same share them.
+    Bytes(Arc<[u8]>),
     /// What has this fingerprint, and is not in the log.
     Named(u32),
 }
@@ -87,13 +89,16 @@ impl From<Log> for Sessions {
         let beginning = Beginning {
             seed: log.origin.seed,
             mode: log.origin.mode,
-            before: Knowledge::Bytes(log.before),
+            before: Knowledge::Bytes(log.before.into()),
         };
         let whole = log.after.is_some() && !log.cut_off;
         let session = Session {
             origin: Some(beginning),
             entries: (1..).zip(log.entries).collect(),
-            after: log.after.filter(|_| !log.cut_off).map(Knowledge::Bytes),
+            after: log
+                .after
+                .filter(|_| !log.cut_off)
+                .map(|bytes| Knowledge::Bytes(bytes.into())),
             gap: None,
             over: whole,
         };
@@ -141,7 +146,7 @@ impl TryFrom<Sessions> for Log {
                 seed,
                 mode,
                 before: Knowledge::Bytes(before),
-            }) => Some((*seed, *mode, before.clone())),
+            }) => Some((*seed, *mode, before.to_vec())),
             _ => None,
         };
         let mut sessions = log.sessions.into_iter().skip_while(|s| known(s).is_none());
@@ -151,7 +156,7 @@ impl TryFrom<Sessions> for Log {
         for session in std::iter::once(first).chain(sessions) {
             entries.extend(session.entries.into_iter().map(|(_, entry)| entry));
             after = match session.after {
-                Some(Knowledge::Bytes(bytes)) => Some(bytes),
+                Some(Knowledge::Bytes(bytes)) => Some(bytes.to_vec()),
                 Some(Knowledge::Named(_)) | None => None,
             };
         }
@@ -340,7 +345,7 @@ impl Assembler<'_> {
 
     fn knowledge(&self, fingerprint: u32) -> Knowledge {
         match self.recording.knowledge.get(&fingerprint) {
-            Some(bytes) => Knowledge::Bytes(bytes.clone()),
+            Some(bytes) => Knowledge::Bytes(Arc::clone(bytes)),
             None => Knowledge::Named(fingerprint),
         }
     }

@@ -67,7 +67,7 @@ impl Recording {
                 What::Report(report) => Happening::Report(report),
                 What::Gap(gap) => Happening::Gap(gap.reason),
                 What::Knowledge(pulled) => match recorded.knowledge.get(&pulled.fingerprint) {
-                    Some(bytes) => Happening::Knowledge(bytes.clone()),
+                    Some(bytes) => Happening::Knowledge(bytes.to_vec()),
                     None => continue,
                 },
             };

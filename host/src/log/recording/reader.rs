@@ -1,6 +1,7 @@
 //! Reading recordings, whole or cut off, of one file or several.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use enumset::EnumSet;
 use mcap::MAGIC;
@@ -24,7 +25,7 @@ pub struct Recording {
     /// All messages that can be read.
     pub messages: Vec<Recorded>,
     /// The knowledge in it, as bytes, by its fingerprint.
-    pub knowledge: BTreeMap<u32, Vec<u8>>,
+    pub knowledge: BTreeMap<u32, Arc<[u8]>>,
     /// The number of the first message, from 1, whose checksum does not follow from those before.
     pub broken_at: Option<usize>,
     /// Whether the last file ends before the recording does.
@@ -101,7 +102,7 @@ impl Recording {
         for (name, bytes) in attachments {
             // Under its true name, whatever it is called.
             if name.starts_with("knowledge-") {
-                self.knowledge.insert(fingerprint(&bytes), bytes);
+                self.knowledge.insert(fingerprint(&bytes), bytes.into());
             }
         }
         let chain = Chain::new(&provenance).map_err(|error| ReadError::Message(0, error))?;
