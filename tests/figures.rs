@@ -6,13 +6,17 @@ use rover_host::arena::{ArenaSource, Layout};
 use rover_host::experiment::{
     Exam, Known, LearnedSession, SessionPlan, Trial, examine_knowledge, learn,
 };
-use rover_host::figure::{Drive, Figure, draw_all, first_trial, test_drives, write_all};
+use rover_host::figure::{Drive, Figure, Figures, first_trial, of_sessions, test_drives};
 use rover_shared::parameters::{Coefficients, Parameters};
 use roxmltree::{Document, Node};
 
-const NAMES: [&str; 5] = [
+const NAMES: [&str; 9] = [
+    "lattice.svg",
     "learning.svg",
+    "neuron.svg",
+    "overview.svg",
     "patterns.svg",
+    "position.svg",
     "sequence.svg",
     "staircases.svg",
     "trajectories.svg",
@@ -71,9 +75,13 @@ impl Series {
         Self::learned(1, plan, &Parameters::ROVER)
     }
 
-    fn figures(&self) -> Vec<Figure> {
+    fn drawn(&self) -> Figures {
         let sessions: Vec<_> = self.sessions.iter().collect();
-        draw_all(&sessions, &self.plan, &self.exam, &self.coefficients)
+        of_sessions(&sessions, &self.plan, &self.exam, &self.coefficients)
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        self.drawn().figures
     }
 
     fn known(&self) -> &Known {
@@ -149,7 +157,7 @@ fn coordinates<'a>(document: &'a Document) -> impl Iterator<Item = &'a str> {
 
 /// What every figure has to be.
 fn check(figure: &Figure) {
-    let Figure { name, svg } = figure;
+    let Figure { name, svg, .. } = figure;
     assert!(svg.len() < 300_000, "{name} has {} bytes", svg.len());
     let document = Document::parse(svg).unwrap_or_else(|error| panic!("{name}: {error}"));
     let root = document.root_element();
@@ -367,19 +375,13 @@ fn the_histogram_counts_what_the_test_drives_used() {
 #[test]
 fn the_files_are_written_whole_or_the_place_is_named() {
     let series = Series::aiming(1, 1, 2, 100);
-    let sessions: Vec<_> = series.sessions.iter().collect();
+    let drawn = series.drawn();
     let folder = tempfile::tempdir().unwrap();
-    let write = |to: &std::path::Path| {
-        write_all(
-            to,
-            &sessions,
-            &series.plan,
-            &series.exam,
-            &series.coefficients,
-        )
-    };
+    let write = |to: &std::path::Path| drawn.write(to);
     write(folder.path()).unwrap();
-    for figure in series.figures() {
+    let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(report == drawn.report);
+    for figure in &drawn.figures {
         let written = std::fs::read_to_string(folder.path().join(figure.name)).unwrap();
         assert!(written == figure.svg, "{}", figure.name);
     }

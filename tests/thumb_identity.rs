@@ -2,16 +2,14 @@
 //! thumbv6m, run on the emulator's bare machine, and its checksums compared with those of the same
 //! code here.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
-
 use rover_host::board::bare::{Bare, Exit};
 use rover_host::board::elf::Image;
 
 #[path = "thumb/src/groups.rs"]
 mod groups;
+#[path = "support/thumb.rs"]
+mod thumb;
 
-const TARGET: &str = "thumbv6m-none-eabi";
 const PACKAGE: &str = "rover-thumb-vectors";
 /// Ten times what it takes.
 const CYCLE_LIMIT: u64 = 2_000_000_000;
@@ -26,49 +24,9 @@ impl groups::Report for Lines {
     }
 }
 
-/// Runs a command in the workspace.
-///
-/// # Panics
-/// With what it printed, if it fails.
-fn run(command: &mut Command) -> String {
-    let output = command
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
-        .output()
-        .unwrap_or_else(|error| panic!("{command:?} cannot be started: {error}"));
-    let errors = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{command:?} failed:\n{errors}");
-    String::from_utf8_lossy(&output.stdout).into_owned()
-}
-
-fn install_target() {
-    let libraries =
-        run(Command::new("rustc").args(["--print", "target-libdir", "--target", TARGET]));
-    if !Path::new(libraries.trim()).exists() {
-        run(Command::new("rustup").args(["target", "add", TARGET]));
-    }
-}
-
-fn build() -> PathBuf {
-    install_target();
-    // Not the target folder that the command which runs this test may have locked.
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("thumb");
-    run(Command::new(env!("CARGO"))
-        .args([
-            "build",
-            "--release",
-            "--package",
-            PACKAGE,
-            "--target",
-            TARGET,
-            "--target-dir",
-        ])
-        .arg(&folder));
-    folder.join(TARGET).join("release").join(PACKAGE)
-}
-
 #[test]
 fn board_and_host_calculate_the_same() {
-    let file = std::fs::read(build()).expect("the program was built");
+    let file = std::fs::read(thumb::build(PACKAGE, "release", "")).expect("the program was built");
     let image = Image::parse(&file).expect("the program is an ELF file");
     let vectors = image
         .symbol("__vector_table")

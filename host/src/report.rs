@@ -137,7 +137,8 @@ pub fn next_steps(out: &Path, knowledge: &Path, arguments: &str) -> String {
     // The program as it was called, so that the lines can be copied.
     let rover = std::env::args().next().unwrap_or_else(|| "rover".into());
     format!(
-        "\n{out}/ now holds what was learned, the log of every action, and figures (*.svg).\n\
+        "\n{out}/ now holds what was learned, the log of every action, and figures\n\
+         (*.svg; report.html has them all).\n\
          Next:  {rover} test --knowledge {knowledge} {arguments}\n       \
          {rover} replay {out}/learn.mcap --verify\n"
     )

@@ -37,6 +37,6 @@ pub use layout::{Layout, Margins};
 pub use model::{RangeSensor, RobotModel, Side};
 pub use obstacle::{Circle, Obstacle, Polygon, PolygonError, Rect};
 pub use parry2d_f64::math::Vector;
-pub use robot::{Motion, Pose, Robot, degrees, micrometres, radians};
+pub use robot::{Motion, Pose, Robot, degrees, micrometres, radians, unit};
 pub use source::{ArenaSource, Goal, Scenario};
 pub use world::World;

@@ -61,7 +61,7 @@ pub fn radians(angle: Microdegrees) -> f64 {
 }
 
 /// The vector of length 1 in a direction.
-fn unit(direction: Microdegrees) -> Vector {
+pub fn unit(direction: Microdegrees) -> Vector {
     let (sin, cos) = libm::sincos(radians(direction));
     Vector::new(cos, sin)
 }

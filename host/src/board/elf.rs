@@ -33,6 +33,9 @@ pub struct Segment {
     pub bytes: Vec<u8>,
 }
 
+/// Highest four bits of addresses in RAM (ARMv6-M, B3.1).
+const RAM: u32 = 0x2;
+
 /// What a symbol stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbol {
@@ -49,6 +52,8 @@ pub struct Image {
     pub entry: u32,
     /// What is to be loaded, without empty segments.
     pub segments: Vec<Segment>,
+    /// Bytes of RAM that its segments take, without the stack.
+    pub ram_bytes: u32,
     pub(crate) symbols: BTreeMap<String, Symbol>,
 }
 
@@ -69,10 +74,14 @@ impl Image {
             return Err(ElfError::NotExecutable);
         }
         let mut segments = Vec::new();
+        let mut ram_bytes = 0u32;
         for segment in file.elf_program_headers() {
             let data = segment
                 .data(endian, bytes)
                 .map_err(|()| ElfError::Truncated)?;
+            if segment.p_type(endian) == PT_LOAD && segment.p_vaddr(endian) >> 28 == RAM {
+                ram_bytes = ram_bytes.saturating_add(segment.p_memsz(endian));
+            }
             if segment.p_type(endian) == PT_LOAD && !data.is_empty() {
                 let address = segment.p_paddr(endian);
                 segments.push(Segment {
@@ -89,13 +98,30 @@ impl Image {
         Ok(Self {
             entry: header.e_entry(endian),
             segments,
+            ram_bytes,
             symbols,
         })
+    }
+
+    /// All symbols, by name.
+    pub fn symbols(&self) -> impl Iterator<Item = (&str, Symbol)> {
+        let symbols = self.symbols.iter();
+        symbols.map(|(name, symbol)| (name.as_str(), *symbol))
     }
 
     /// The symbol of this name, if the file has one (`_SEGGER_RTT`, say).
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied()
+    }
+
+    /// The symbols whose names contain all these parts: mangled names differ from build to build,
+    /// but hold the path of what they name.
+    pub fn symbols_with<'a>(&'a self, parts: &'a [&str]) -> impl Iterator<Item = Symbol> + 'a {
+        let named = |name: &str| parts.iter().all(|part| name.contains(part));
+        self.symbols
+            .iter()
+            .filter(move |(name, _)| named(name))
+            .map(|(_, symbol)| *symbol)
     }
 }
 

@@ -169,7 +169,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     bar.finish_and_clear();
     let learned: Vec<&LearnedSession> = sessions.iter().map(|(learned, ..)| learned).collect();
     let exam = exam(arguments, &plan);
-    figure::write_all(&arguments.out, &learned, &plan, &exam, &coefficients)?;
+    figure::of_sessions(&learned, &plan, &exam, &coefficients).write(&arguments.out)?;
     let outcome = outcome(arguments, &sessions);
     if arguments.json {
         return print_json(&outcome);

@@ -8,6 +8,8 @@ mod calibrate;
 mod completions;
 mod disarm;
 mod drive;
+mod emulate;
+mod figures;
 mod interrupt;
 mod knowledge;
 mod learn;
@@ -49,6 +51,10 @@ enum Command {
     Perceive(perceive::Arguments),
     /// Run logged samples through the core once more
     Replay(replay::Arguments),
+    /// Boot the firmware on an emulated board and let it drive through an arena
+    Emulate(emulate::Arguments),
+    /// Draw the paper's figures from logs, and a report with all of them
+    Figures(figures::Arguments),
     /// Watch and steer a rover, or watch a log
     Monitor(monitor::Arguments),
     /// Turn the linked firmware into a file for the board's USB drive
@@ -100,6 +106,8 @@ pub fn main() -> ExitCode {
         Command::Test(arguments) => test::run(&arguments),
         Command::Perceive(arguments) => perceive::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Emulate(arguments) => emulate::run(&arguments),
+        Command::Figures(arguments) => figures::run(&arguments),
         Command::Monitor(arguments) => monitor::run(&arguments),
         Command::Uf2(arguments) => uf2::run(&arguments),
         Command::Ports(arguments) => ports::run(&arguments),

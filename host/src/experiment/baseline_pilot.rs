@@ -11,7 +11,7 @@ use super::exam::Exam;
 use super::pilot::{Pilot, TaskKind};
 use super::trial::{Conduct, Directions, Ending, run_trial};
 use super::{Stream, generator};
-use crate::arena::Robot;
+use crate::arena::{Robot, Scenario};
 use crate::baseline::{Driver, Experience, Observation};
 
 /// A baseline as a pilot. It moves by the same step and is rewarded by the same function as the
@@ -62,7 +62,7 @@ impl<'a> BaselinePilot<'a> {
 }
 
 impl Pilot for BaselinePilot<'_> {
-    fn begin_trial(&mut self) {
+    fn begin_trial(&mut self, _scenario: &Scenario) {
         self.last = None;
         self.driver.begin_trial();
     }

@@ -6,10 +6,12 @@
 //! | `pilot` | who steers: the [`Pilot`] trait, and the [`Turing`] pilot |
 //! | `session` | learning from nothing over many trials: [`learn`] |
 //! | `exam` | a frozen controller in arenas it has never met: [`examine_knowledge`] |
+//! | `history` | how the staircases changed while learning: [`History`] |
 //! | `measures` | directedness (8), means and confidence intervals |
 
 mod baseline_pilot;
 mod exam;
+mod history;
 mod measures;
 mod pilot;
 mod session;
@@ -17,9 +19,11 @@ mod trial;
 
 pub use baseline_pilot::{BaselinePilot, teach};
 pub use exam::{Exam, ExamResult, examine, examine_knowledge};
+pub use history::History;
 pub use measures::{Estimate, directedness, mean, proportion};
 pub use pilot::{Event, Known, Pilot, TaskKind, Turing, Witness};
 pub use session::{LearnedSession, SessionPlan, learn};
+pub(crate) use trial::FreeHeading;
 pub use trial::{Conduct, Directions, Ending, Trial, run_trial};
 
 use rand_pcg::Pcg32;

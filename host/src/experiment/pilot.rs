@@ -10,7 +10,7 @@ use rover_shared::units::Microdegrees;
 use serde::{Deserialize, Serialize};
 
 use super::trial::Ending;
-use crate::arena::{Motion, Pose, Robot};
+use crate::arena::{Motion, Pose, Robot, Scenario};
 
 /// What is known after learning by the paper's rule.
 pub type Known = Knowledge<MotorWeights>;
@@ -42,7 +42,7 @@ impl Task for TaskKind {
 /// Somebody who steers a robot through trials.
 pub trait Pilot {
     /// A new trial begins: what went before has nothing to do with what comes.
-    fn begin_trial(&mut self);
+    fn begin_trial(&mut self, scenario: &Scenario);
 
     /// The direction to follow has changed: the next reward says nothing about the last action.
     fn task_changed(&mut self);
@@ -76,6 +76,9 @@ pub struct Event {
 
 /// Receives what a [`Turing`] pilot does, for logs and figures.
 pub trait Witness {
+    /// A trial begins.
+    fn begin(&mut self, _scenario: &Scenario) {}
+
     /// A step was made.
     fn step(&mut self, _event: &Event) {}
 
@@ -94,12 +97,34 @@ pub trait Witness {
 impl Witness for () {}
 
 impl<W: Witness> Witness for &mut W {
+    fn begin(&mut self, scenario: &Scenario) {
+        (**self).begin(scenario);
+    }
+
     fn step(&mut self, event: &Event) {
         (**self).step(event);
     }
 
     fn end(&mut self, sample: &Sample, task: TaskKind, learned: Option<Learned>, ending: Ending) {
         (**self).end(sample, task, learned, ending);
+    }
+}
+
+/// Two witnesses see the same.
+impl<A: Witness, B: Witness> Witness for (A, B) {
+    fn begin(&mut self, scenario: &Scenario) {
+        self.0.begin(scenario);
+        self.1.begin(scenario);
+    }
+
+    fn step(&mut self, event: &Event) {
+        self.0.step(event);
+        self.1.step(event);
+    }
+
+    fn end(&mut self, sample: &Sample, task: TaskKind, learned: Option<Learned>, ending: Ending) {
+        self.0.end(sample, task, learned, ending);
+        self.1.end(sample, task, learned, ending);
     }
 }
 
@@ -124,7 +149,8 @@ impl<'a, W: Witness> Turing<'a, W> {
 }
 
 impl<W: Witness> Pilot for Turing<'_, W> {
-    fn begin_trial(&mut self) {
+    fn begin_trial(&mut self, scenario: &Scenario) {
+        self.witness.begin(scenario);
         self.task_changed();
     }
 

@@ -6,6 +6,7 @@ use rover_shared::learning::Mode;
 use rover_shared::parameters::Coefficients;
 use rover_shared::random::Generator;
 
+use super::history::History;
 use super::pilot::{Known, Turing, Witness};
 use super::trial::{Conduct, Directions, Trial, run_trial};
 use super::{Stream, generator};
@@ -45,19 +46,23 @@ pub struct LearnedSession {
     pub knowledge: Box<Known>,
     /// How each trial went.
     pub trials: Vec<Trial>,
+    /// How the staircases changed.
+    pub history: History,
 }
 
 /// Runs a learning session. `after_trial` is told of each trial as it ends.
 pub fn learn(
     plan: &SessionPlan,
     coefficients: &Coefficients,
-    mut witness: impl Witness,
+    witness: impl Witness,
     mut after_trial: impl FnMut(&Trial),
 ) -> LearnedSession {
     let mut knowledge = Box::new(Known::new(&coefficients.learning));
+    let limit = coefficients.learning.amplitude_limit;
+    let mut history = History::new(knowledge.sensing.neurons, limit);
     let rng = Generator::new(plan.seed);
     let controller = Controller::new(coefficients, PaperRule, &mut knowledge, rng, Mode::Learn);
-    let mut pilot = Turing::new(controller, &mut witness);
+    let mut pilot = Turing::new(controller, (&mut history, witness));
     let mut arenas = generator(plan.seed, Stream::Learning);
     let directions = plan
         .follow_direction
@@ -78,5 +83,6 @@ pub fn learn(
         seed: plan.seed,
         knowledge,
         trials,
+        history,
     }
 }

@@ -7,7 +7,7 @@ use rover_shared::units::Microdegrees;
 
 use super::measures::directedness;
 use super::pilot::{Pilot, TaskKind};
-use crate::arena::{Motion, Robot, Scenario};
+use crate::arena::{Motion, Robot, RobotModel, Scenario};
 
 /// How a trial is conducted.
 #[derive(Clone, Debug)]
@@ -102,7 +102,7 @@ pub fn run_trial(scenario: &Scenario, conduct: &mut Conduct, pilot: &mut impl Pi
     }
     let mut path_cm = vec![robot.pose().position().to_array()];
     let mut free = FreeHeading::default();
-    pilot.begin_trial();
+    pilot.begin_trial(scenario);
     let mut sample = robot.sense();
     let mut steps = 0;
     while steps < conduct.steps && !robot.at_goal() {
@@ -158,14 +158,14 @@ fn next_task(
             pilot.task_changed();
             free.restart();
         }
-        free.note(sample, directions.current, robot);
+        free.note(sample, directions.current, robot.model());
     }
     current_task(conduct)
 }
 
 /// Collects the angle to the direction to follow where nothing hinders.
 #[derive(Default)]
-struct FreeHeading {
+pub(crate) struct FreeHeading {
     undisturbed: u32,
     angles_deg: Vec<f64>,
 }
@@ -174,13 +174,15 @@ impl FreeHeading {
     /// Actions that a turn by 180 degrees takes with zig-zag phases of about 10 degrees.
     const TURN: u32 = 20;
 
-    fn restart(&mut self) {
+    /// The direction has changed, or something was in sight.
+    pub(crate) fn restart(&mut self) {
         self.undisturbed = 0;
     }
 
-    fn note(&mut self, sample: &Sample, direction: Microdegrees, robot: &Robot) {
+    /// Takes note of a sample.
+    pub(crate) fn note(&mut self, sample: &Sample, direction: Microdegrees, robot: &RobotModel) {
         use crate::arena::Side;
-        let range = |side| crate::arena::micrometres(robot.model().range_cm(side)[1]);
+        let range = |side| crate::arena::micrometres(robot.range_cm(side)[1]);
         let free = sample.front >= range(Side::Front)
             && sample.left >= range(Side::Left)
             && sample.right >= range(Side::Right);
@@ -191,7 +193,8 @@ impl FreeHeading {
         }
     }
 
-    fn mean(&self) -> Option<f64> {
+    /// The mean angle in degrees.
+    pub(crate) fn mean(&self) -> Option<f64> {
         super::measures::mean(&self.angles_deg).map(|mean| mean.value)
     }
 }

@@ -5,8 +5,10 @@ use svg::node::element::Group;
 
 use super::axes::{self, Scale};
 use super::palette::{COLOURS, OTHERS};
-use super::shape::{Area, HEADER, Outline, TEXT_SIZE, circle, group, line, rectangle, sheet, text};
-use crate::experiment::{LearnedSession, Trial};
+use super::shape::{
+    Area, HEADER, Heading, Outline, TEXT_SIZE, circle, group, line, number, rectangle, sheet, text,
+};
+use crate::experiment::Trial;
 
 const PANEL: [f64; 2] = [390.0, 200.0];
 const PITCH: [f64; 2] = [470.0, 290.0];
@@ -67,13 +69,8 @@ const ANGLE: Measure = Measure {
 };
 
 /// Draws the learning curves of one or more sessions.
-pub(super) fn draw(sessions: &[&LearnedSession], follow_direction: bool, subtitle: &str) -> String {
-    let measures: &[Measure] = if follow_direction {
-        // All trials have the same number of actions, and wind about after changing directions.
-        &[ANGLE, BLOCKED]
-    } else {
-        &[REACHED, BLOCKED, ACTIONS, DIRECTEDNESS]
-    };
+pub(super) fn draw(sessions: &[&[Trial]], follow_direction: bool, heading: &Heading) -> String {
+    let measures = measures(follow_direction);
     let mut parts = vec![legend(sessions, !follow_direction)];
     for (i, measure) in measures.iter().enumerate() {
         let (column, row) = ((i % 2) as f64, (i / 2) as f64);
@@ -88,13 +85,42 @@ pub(super) fn draw(sessions: &[&LearnedSession], follow_direction: bool, subtitl
     }
     let rows = measures.len().div_ceil(2) as f64;
     let size = [950.0, HEADER + 14.0 + PITCH[1] * rows];
-    sheet(size, "Learning, trial by trial", subtitle, parts)
+    sheet(size, heading, parts)
 }
 
-fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&LearnedSession]) -> Group {
+fn measures(follow_direction: bool) -> &'static [Measure] {
+    if follow_direction {
+        // All trials have the same number of actions, and wind about after changing directions.
+        &[ANGLE, BLOCKED]
+    } else {
+        &[REACHED, BLOCKED, ACTIONS, DIRECTEDNESS]
+    }
+}
+
+/// The curves in words: where they begin and end.
+pub(super) fn described(sessions: &[&[Trial]], follow_direction: bool) -> String {
     let trials = sessions
         .iter()
-        .map(|session| session.trials.len())
+        .map(|session| session.len())
+        .max()
+        .unwrap_or(0);
+    let groups = groups(trials);
+    let ends = measures(follow_direction).iter().filter_map(|measure| {
+        let point = |group: Option<&[usize; 2]>| Point::new(*group?, measure, sessions);
+        let (first, last) = (point(groups.first())?, point(groups.last())?);
+        let [first, last] = [first, last].map(|point| number(point.middle, 2));
+        Some(format!(
+            "{}: {first} at first, {last} at last",
+            measure.title
+        ))
+    });
+    ends.collect::<Vec<_>>().join("; ") + "."
+}
+
+fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&[Trial]]) -> Group {
+    let trials = sessions
+        .iter()
+        .map(|session| session.len())
         .max()
         .unwrap_or(0);
     let last = trials.max(2) as f64;
@@ -159,10 +185,8 @@ fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&LearnedSessi
 }
 
 /// The trials of a session, one by one, or one of several if there are very many: number and value.
-fn dots(measure: &Measure, session: &LearnedSession) -> Vec<[f64; 2]> {
-    let numbered = (1u32..)
-        .zip(&session.trials)
-        .step_by(thinning(session.trials.len()));
+fn dots(measure: &Measure, session: &[Trial]) -> Vec<[f64; 2]> {
+    let numbered = (1u32..).zip(session).step_by(thinning(session.len()));
     numbered
         .filter_map(|(i, trial)| Some([f64::from(i), (measure.of)(trial)?]))
         .collect()
@@ -184,15 +208,9 @@ struct Point {
 
 impl Point {
     /// Of each session the mean over the group; of these the middle and the spread.
-    fn new(
-        [first, last]: [usize; 2],
-        measure: &Measure,
-        sessions: &[&LearnedSession],
-    ) -> Option<Self> {
-        let mean_of = |session: &&LearnedSession| {
-            let trials = session
-                .trials
-                .get(first - 1..last.min(session.trials.len()))?;
+    fn new([first, last]: [usize; 2], measure: &Measure, sessions: &[&[Trial]]) -> Option<Self> {
+        let mean_of = |session: &&[Trial]| {
+            let trials = session.get(first - 1..last.min(session.len()))?;
             mean(&trials.iter().filter_map(measure.of).collect::<Vec<_>>())
         };
         let mut means: Vec<f64> = sessions.iter().filter_map(mean_of).collect();
@@ -238,7 +256,7 @@ fn groups(trials: usize) -> Vec<[usize; 2]> {
     groups
 }
 
-fn legend(sessions: &[&LearnedSession], with_target: bool) -> Group {
+fn legend(sessions: &[&[Trial]], with_target: bool) -> Group {
     let mut legend = group("legend");
     let (x, y) = (72.0, HEADER + 16.0);
     legend.append(line([x, y], [x + 26.0, y], LINE, 2.0));
@@ -250,7 +268,7 @@ fn legend(sessions: &[&LearnedSession], with_target: bool) -> Group {
             "mean over groups of successive trials".into(),
         ));
         legend.append(circle([x + 290.0, y], 2.5, OTHERS));
-        let name = match thinning(session.trials.len()) {
+        let name = match thinning(session.len()) {
             1 => "one trial".into(),
             n => format!("one trial, one of every {n}"),
         };

@@ -5,14 +5,16 @@ use std::collections::BTreeMap;
 use rover_shared::perception::PatternCode;
 
 use super::drive::Drive;
-use crate::experiment::Known;
+use super::lessons::Lessons;
 
 /// Colours that people of all kinds of colour vision can tell apart (Okabe and Ito, 2008), without
-/// its black and yellow, which serve marks and would vanish on white. Neighbours in rank differ
-/// most: the two patterns of the zig-zag come first.
+/// its black and yellow, which serve marks and would vanish on white. The two patterns of the
+/// zig-zag come first: a dark and a light colour, which differ in grey too.
 pub(super) const COLOURS: [&str; 6] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00",
+    "#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9",
 ];
+/// Widths of the moves that the coloured patterns chose: a second sign for who sees no colours.
+const WIDTHS: [f64; 6] = [1.8, 3.4, 2.6, 2.6, 2.6, 2.6];
 
 /// All other patterns.
 pub(super) const OTHERS: &str = "#999999";
@@ -42,6 +44,11 @@ fn turn_text(turn_deg: Option<f64>) -> String {
     }
 }
 
+/// The width of the moves that a pattern of this rank chose.
+pub(super) fn width(rank: Option<usize>) -> f64 {
+    rank.map_or(2.2, |rank| WIDTHS[rank])
+}
+
 /// The patterns of some drives, the most used first.
 #[derive(Clone, Debug)]
 pub(super) struct Palette {
@@ -50,7 +57,7 @@ pub(super) struct Palette {
 
 impl Palette {
     /// Ranks the patterns by the actions that they chose in `drives`.
-    pub fn new(drives: &[Drive], known: &Known) -> Self {
+    pub fn new(drives: &[Drive], lessons: &Lessons) -> Self {
         let mut counts = BTreeMap::<PatternCode, usize>::new();
         for code in drives.iter().flat_map(Drive::codes).flatten() {
             *counts.entry(code).or_default() += 1;
@@ -60,7 +67,7 @@ impl Palette {
             .map(|(code, occurrences)| Used {
                 code,
                 occurrences,
-                turn_deg: turn_deg(known, code),
+                turn_deg: lessons.turn_deg(code),
             })
             .collect();
         // Stable: equals stay in the order of their codes.
@@ -78,18 +85,14 @@ impl Palette {
         self.ranked.iter().zip(COLOURS)
     }
 
+    /// The rank of a pattern that has a colour of its own, from 0.
+    pub fn rank(&self, code: Option<PatternCode>) -> Option<usize> {
+        self.coloured()
+            .position(|(used, _)| Some(used.code) == code)
+    }
+
     /// The colour of a pattern.
     pub fn colour(&self, code: Option<PatternCode>) -> &'static str {
-        let mut coloured = self.coloured();
-        let found = coloured.find(|(used, _)| Some(used.code) == code);
-        found.map_or(OTHERS, |(_, colour)| colour)
+        self.rank(code).map_or(OTHERS, |rank| COLOURS[rank])
     }
-}
-
-/// The learned turn of a pattern.
-pub(super) fn turn_deg(known: &Known, code: PatternCode) -> Option<f64> {
-    known
-        .patterns
-        .get(code)
-        .map(|element| f64::from(element.memory.phase.0) / 1e6)
 }

@@ -6,8 +6,8 @@ use svg::node::element::Group;
 use super::axes::{self, Scale};
 use super::palette::{OTHERS, Palette, Used};
 use super::shape::{
-    Area, FAINT_INK, HEADER, INK, TEXT_SIZE, centred, group, line, number, pattern, rectangle,
-    sheet, text,
+    Area, FAINT_INK, HEADER, Heading, INK, TEXT_SIZE, centred, group, line, number, pattern,
+    rectangle, sheet, text,
 };
 
 /// Patterns shown; a trained robot is carried by some twenty.
@@ -17,7 +17,7 @@ const LEFT: f64 = 74.0;
 const DRAWING: f64 = 30.0;
 
 /// Draws the patterns that chose the robot's actions, the most used first.
-pub(super) fn draw(palette: &Palette, phase_limit_deg: f64, title: &str, subtitle: &str) -> String {
+pub(super) fn draw(palette: &Palette, phase_limit_deg: f64, heading: &Heading) -> String {
     let ranked = palette.ranked();
     let shown = &ranked[..ranked.len().min(MOST)];
     // Wide enough for title and legend when few patterns are in use.
@@ -52,11 +52,23 @@ pub(super) fn draw(palette: &Palette, phase_limit_deg: f64, title: &str, subtitl
         parts.push(group("column").add(drawing).add(code));
     }
     parts.push(legend(turns.bottom() + 32.0, palette));
-    sheet(
-        [LEFT + width + 24.0, turns.bottom() + 70.0],
-        title,
-        subtitle,
-        parts,
+    sheet([LEFT + width + 24.0, turns.bottom() + 70.0], heading, parts)
+}
+
+/// The patterns in use, in words: the most used ones.
+pub(super) fn described(palette: &Palette) -> String {
+    let patterns = palette.coloured().map(|(used, _)| {
+        format!(
+            "code {}, {} actions, {}",
+            used.code,
+            used.occurrences,
+            used.turn()
+        )
+    });
+    let most = patterns.collect::<Vec<_>>().join("; ");
+    format!(
+        "{} patterns; the most used: {most}.",
+        palette.ranked().len()
     )
 }
 

@@ -7,17 +7,19 @@ use svg::node::element::Group;
 use super::axes::{self, Scale};
 use super::drive::Drive;
 use super::palette::{COLOURS, OTHERS, Palette, Used};
+use super::scenes::{Scene, outcome};
 use super::shape::{
-    Area, FAINT_INK, GRID, HEADER, INK, Outline, TEXT_SIZE, centred, circle, group, line, pattern,
-    rectangle, sheet, text,
+    Area, FAINT_INK, GRID, HEADER, Heading, INK, Outline, TEXT_SIZE, centred, circle, group, line,
+    pattern, rectangle, sheet, text,
 };
-use super::trajectories::{Scene, mark_legend, outcome};
-use super::view::View;
+use super::trajectories::mark_legend;
+use super::view::{View, pattern_mark};
 use crate::arena::{Side, Vector, radians};
+use crate::experiment::Event;
 
 const SHEET_WIDTH: f64 = 1000.0;
 /// Where action 0 is drawn; left of it, pattern, code and turn.
-const LEFT: f64 = 200.0;
+const LEFT: f64 = 226.0;
 const WIDTH: f64 = SHEET_WIDTH - LEFT - 30.0;
 const ROW: f64 = 24.0;
 const STRIP: f64 = 16.0;
@@ -26,8 +28,8 @@ const MOST_ROWS: usize = 16;
 const SEEN: &str = "#6e6e6e";
 
 /// Draws a drive and which pattern chose each of its actions.
-pub(super) fn draw(scene: &Scene, palette: &Palette, title: &str, subtitle: &str) -> String {
-    let drive = scene.drive;
+pub(super) fn draw(scene: &Scene, palette: &Palette, heading: &Heading) -> String {
+    let drive = &scene.drive;
     let within = Area {
         left: 90.0,
         top: HEADER + 34.0,
@@ -56,7 +58,7 @@ pub(super) fn draw(scene: &Scene, palette: &Palette, title: &str, subtitle: &str
     let (rows, others) = rows(drive, palette);
     parts.push(text_group(
         [20.0, top],
-        "Pattern, code and turn, in the order of first occurrence",
+        "Pattern, code, how often, and turn, in the order of first occurrence",
     ));
     let shown = rows.len() + usize::from(others > 0);
     let area = Area {
@@ -68,9 +70,42 @@ pub(super) fn draw(scene: &Scene, palette: &Palette, title: &str, subtitle: &str
     parts.push(sequence(drive, area, &x, &rows, others, palette));
     let ticks = axes::ticks([0.0, actions], 10);
     parts.push(axes::below(area, &x, &ticks, "action (number)"));
-    parts.push(legend(area.bottom() + 62.0, palette));
+    parts.push(legend(
+        area.bottom() + 62.0,
+        palette,
+        changes(drive).next().is_some(),
+    ));
     parts.push(mark_legend([20.0, area.bottom() + 84.0], &[drive]));
-    sheet([SHEET_WIDTH, area.bottom() + 106.0], title, subtitle, parts)
+    sheet([SHEET_WIDTH, area.bottom() + 106.0], heading, parts)
+}
+
+/// The drive in words: its patterns by use.
+pub(super) fn described(drive: &Drive, palette: &Palette) -> String {
+    let mut counts: Vec<(PatternCode, usize)> = occurrences(drive);
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let most = counts.iter().take(6).map(|(code, count)| {
+        let used = palette.ranked().iter().find(|used| used.code == *code);
+        let turn = used.map(Used::turn).unwrap_or_default();
+        format!("code {code}, {count} actions, {turn}")
+    });
+    let most = most.collect::<Vec<_>>().join("; ");
+    format!(
+        "{}; {} patterns, most often {most}.",
+        outcome(drive),
+        counts.len()
+    )
+}
+
+/// How often each pattern chose an action, in the order of their first occurrence.
+fn occurrences(drive: &Drive) -> Vec<(PatternCode, usize)> {
+    let mut counted: Vec<(PatternCode, usize)> = Vec::new();
+    for code in drive.codes().flatten() {
+        match counted.iter_mut().find(|(known, _)| *known == code) {
+            Some((_, count)) => *count += 1,
+            None => counted.push((code, 1)),
+        }
+    }
+    counted
 }
 
 fn text_group(at: [f64; 2], heading: &str) -> Group {
@@ -79,7 +114,7 @@ fn text_group(at: [f64; 2], heading: &str) -> Group {
 
 /// The trajectory, with the numbers of some actions.
 fn course(scene: &Scene, view: &View, palette: &Palette) -> Group {
-    let (drive, area) = (scene.drive, view.area);
+    let (drive, area) = (&scene.drive, view.area);
     let mut course = group("panel");
     let heading = format!(
         "Trajectory, with the numbers of some actions: {}",
@@ -176,14 +211,8 @@ fn runs(flags: impl Iterator<Item = bool>) -> Vec<[usize; 2]> {
 }
 
 /// The patterns that get a row, in the order of their first occurrence, and how many do not.
-fn rows(drive: &Drive, palette: &Palette) -> (Vec<PatternCode>, usize) {
-    let mut counted: Vec<(PatternCode, usize)> = Vec::new();
-    for code in drive.codes().flatten() {
-        match counted.iter_mut().find(|(known, _)| *known == code) {
-            Some((_, count)) => *count += 1,
-            None => counted.push((code, 1)),
-        }
-    }
+fn rows(drive: &Drive, palette: &Palette) -> (Vec<(PatternCode, usize)>, usize) {
+    let counted = occurrences(drive);
     let mut counts: Vec<usize> = counted.iter().map(|(_, count)| *count).collect();
     counts.sort_unstable_by_key(|count| std::cmp::Reverse(*count));
     // Among equally rare ones, the first to occur get the rows left.
@@ -200,7 +229,7 @@ fn rows(drive: &Drive, palette: &Palette) -> (Vec<PatternCode>, usize) {
         let tied = *count == least && ties > 0;
         if *count > least || tied || coloured(*code) {
             ties -= usize::from(tied);
-            rows.push(*code);
+            rows.push((*code, *count));
         }
     }
     let others = counted.len() - rows.len();
@@ -212,13 +241,13 @@ fn sequence(
     drive: &Drive,
     area: Area,
     x: &Scale,
-    rows: &[PatternCode],
+    rows: &[(PatternCode, usize)],
     others: usize,
     palette: &Palette,
 ) -> Group {
     let mut drawing = group("sequence");
     let middle = |row: usize| area.top + ROW * (row as f64 + 0.5);
-    for (row, code) in rows.iter().enumerate() {
+    for (row, (code, count)) in rows.iter().enumerate() {
         drawing.append(line(
             [area.left, middle(row)],
             [area.right(), middle(row)],
@@ -228,6 +257,16 @@ fn sequence(
         let colour = palette.colour(Some(*code));
         drawing.append(pattern([24.0, middle(row) - 9.0], 18.0, *code, colour));
         drawing.append(text([50.0, middle(row) + 4.0], TEXT_SIZE, code.to_string()));
+        let rank = palette.rank(Some(*code));
+        if let Some(mark) = rank.and_then(|rank| pattern_mark([100.0, middle(row)], rank)) {
+            drawing.append(mark);
+        }
+        let times = text(
+            [140.0, middle(row) + 4.0],
+            TEXT_SIZE,
+            format!("{count}\u{d7}"),
+        );
+        drawing.append(times.set("text-anchor", "end"));
         let used = palette.ranked().iter().find(|used| used.code == *code);
         let turn = used.map(Used::turn).unwrap_or_default();
         let turn = text([LEFT - 10.0, middle(row) + 4.0], TEXT_SIZE, turn);
@@ -240,13 +279,18 @@ fn sequence(
     }
     let row_of = |code| {
         rows.iter()
-            .position(|row| *row == code)
+            .position(|(row, _)| *row == code)
             .unwrap_or(rows.len())
     };
     let places: Vec<Option<(PatternCode, [f64; 2])>> = (0u32..)
         .zip(drive.codes())
         .map(|(i, code)| code.map(|code| (code, [x.at(f64::from(i) + 0.5), middle(row_of(code))])))
         .collect();
+    for (i, _) in changes(drive) {
+        let x = x.at(i as f64);
+        let change = line([x, area.top], [x, area.bottom()], INK, 0.9);
+        drawing.append(change.set("stroke-dasharray", CHANGE));
+    }
     let joined = Outline::through(places.iter().flatten().map(|(_, place)| *place));
     if !joined.is_empty() {
         drawing.append(joined.stroked("#bdbdbd", 0.7));
@@ -266,7 +310,16 @@ fn sequence(
     drawing
 }
 
-fn legend(y: f64, palette: &Palette) -> Group {
+/// Dashes of the line at which the direction changes.
+const CHANGE: &str = "4 3";
+
+/// The actions before which the direction to follow changed.
+fn changes(drive: &Drive) -> impl Iterator<Item = (usize, &Event)> {
+    let events = drive.events.iter().enumerate();
+    events.filter(|(i, event)| *i > 0 && event.interrupted)
+}
+
+fn legend(y: f64, palette: &Palette, with_changes: bool) -> Group {
     let mut legend = group("legend");
     let mut x = 20.0;
     for (_, colour) in palette.coloured() {
@@ -290,6 +343,11 @@ fn legend(y: f64, palette: &Palette) -> Group {
         SEEN,
     ));
     legend.append(text([x + 518.0, y], TEXT_SIZE, "something in range").set("fill", INK));
+    if with_changes {
+        let change = line([x + 660.0, y - 12.0], [x + 660.0, y + 3.0], INK, 0.9);
+        legend.append(change.set("stroke-dasharray", CHANGE));
+        legend.append(text([x + 670.0, y], TEXT_SIZE, "new direction to follow"));
+    }
     legend
 }
 

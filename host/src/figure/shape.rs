@@ -199,13 +199,26 @@ pub(super) fn number(value: f64, decimals: usize) -> String {
     }
 }
 
+/// What stands above a figure, and what is said of it to who cannot see it.
+#[derive(Clone, Debug)]
+pub(super) struct Heading {
+    pub title: String,
+    pub subtitle: String,
+    /// What the figure shows, in words and numbers.
+    pub description: String,
+}
+
 /// A whole figure as the text of an SVG file.
 pub(super) fn sheet(
     [width, height]: [f64; 2],
-    title: &str,
-    subtitle: &str,
+    heading: &Heading,
     parts: impl IntoIterator<Item = Group>,
 ) -> String {
+    let Heading {
+        title,
+        subtitle,
+        description,
+    } = heading;
     let whole = Area {
         left: 0.0,
         top: 0.0,
@@ -218,11 +231,12 @@ pub(super) fn sheet(
         .set("height", px(height))
         .set("font-family", FONTS)
         .set("fill", INK)
-        .add(Title::new(title))
-        .add(Description::new().add(svg::node::Text::new(subtitle)))
+        .set("role", "img")
+        .add(Title::new(title.as_str()))
+        .add(Description::new().add(svg::node::Text::new(format!("{subtitle}. {description}"))))
         .add(rectangle(whole, "#ffffff"))
-        .add(text([20.0, 27.0], 17.0, title).set("font-weight", "bold"))
-        .add(text([20.0, 46.0], TEXT_SIZE, subtitle).set("fill", FAINT_INK));
+        .add(text([20.0, 27.0], 17.0, title.as_str()).set("font-weight", "bold"))
+        .add(text([20.0, 46.0], TEXT_SIZE, subtitle.as_str()).set("fill", FAINT_INK));
     for part in parts {
         document.append(part);
     }

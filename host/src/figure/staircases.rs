@@ -9,9 +9,8 @@ use svg::node::element::Group;
 use super::axes::{self, Scale, Tick};
 use super::palette::COLOURS;
 use super::shape::{
-    Area, FAINT_INK, GRID, HEADER, Outline, TEXT_SIZE, group, line, number, sheet, text,
+    Area, FAINT_INK, GRID, HEADER, Heading, Outline, TEXT_SIZE, group, line, number, sheet, text,
 };
-use crate::experiment::Known;
 
 const PANEL: [f64; 2] = [400.0, 190.0];
 /// From one panel to the next.
@@ -21,9 +20,13 @@ const SHEET: [f64; 2] = [980.0, HEADER + 2.0 * PITCH[1] + 30.0];
 const LEARNED: &str = COLOURS[0];
 
 /// Draws what the four sensing neurons have learned.
-pub(super) fn draw(known: &Known, ranges: &SensorRanges, subtitle: &str) -> String {
+pub(super) fn draw(
+    neurons: &[SensingNeuron; 4],
+    ranges: &SensorRanges,
+    heading: &Heading,
+) -> String {
     let mut parts = vec![legend()];
-    let panels = Stimulus::ALL.iter().zip(&known.sensing.neurons).enumerate();
+    let panels = Stimulus::ALL.iter().zip(neurons).enumerate();
     for (i, (stimulus, neuron)) in panels {
         let (column, row) = ((i % 2) as f64, (i / 2) as f64);
         let (left, top) = (68.0 + PITCH[0] * column, HEADER + 96.0 + PITCH[1] * row);
@@ -35,7 +38,38 @@ pub(super) fn draw(known: &Known, ranges: &SensorRanges, subtitle: &str) -> Stri
         };
         parts.push(panel(area, i, *stimulus, neuron, ranges));
     }
-    sheet(SHEET, "What the sensing neurons learned", subtitle, parts)
+    sheet(SHEET, heading, parts)
+}
+
+/// The ten amplitudes as numbers.
+pub(super) fn amplitudes(neuron: &SensingNeuron) -> [f64; STEPS] {
+    let one = f64::from(Activation::ONE);
+    neuron.amplitudes().map(|a| f64::from(a.0) / one)
+}
+
+/// The staircases in words: where each begins and ends.
+pub(super) fn described(neurons: &[SensingNeuron; 4]) -> String {
+    let ends = Stimulus::ALL.iter().zip(neurons).map(|(stimulus, neuron)| {
+        let a = amplitudes(neuron);
+        let name = short_name(*stimulus);
+        format!(
+            "{name} from {} to {}",
+            number(a[0], 1),
+            number(a[STEPS - 1], 1)
+        )
+    });
+    let ends = ends.collect::<Vec<_>>().join("; ");
+    format!("Amplitudes from the first step to the tenth: {ends}.")
+}
+
+/// A stimulus as the paper calls it.
+pub(super) fn short_name(stimulus: Stimulus) -> &'static str {
+    match stimulus {
+        Stimulus::Front => "front, F",
+        Stimulus::Left => "left, L",
+        Stimulus::Right => "right, R",
+        Stimulus::Target => "target, T",
+    }
 }
 
 fn panel(
@@ -45,9 +79,7 @@ fn panel(
     neuron: &SensingNeuron,
     ranges: &SensorRanges,
 ) -> Group {
-    let amplitudes = neuron
-        .amplitudes()
-        .map(|a| f64::from(a.0) / f64::from(Activation::ONE));
+    let amplitudes = amplitudes(neuron);
     let [low, high] = extent(&amplitudes);
     let x = Scale::linear([-1.0, 1.0], [area.left, area.right()]);
     let y = Scale::linear([low, high], [area.bottom(), area.top]);
@@ -62,17 +94,7 @@ fn panel(
         panel.append(line([x, area.top], [x, area.bottom()], GRID, 1.0));
     }
     panel.append(zero([area.left, y.at(0.0)], [area.right(), y.at(0.0)]));
-    let (mut treads, mut risers) = (Outline::default(), Outline::default());
-    for (i, amplitude) in amplitudes.iter().enumerate() {
-        let [from, to] = [i, i + 1].map(|border| x.at(-1.0 + 0.2 * border as f64));
-        let y_here = y.at(*amplitude);
-        treads.move_to([from, y_here]);
-        treads.line_to([to, y_here]);
-        if let Some(next) = amplitudes.get(i + 1) {
-            risers.move_to([to, y_here]);
-            risers.line_to([to, y.at(*next)]);
-        }
-    }
+    let (treads, risers) = outlines(&amplitudes, &x, &y);
     panel.append(risers.stroked(LEARNED, 1.0));
     panel.append(treads.stroked(LEARNED, 3.0));
     panel.append(axes::border(area));
@@ -89,8 +111,29 @@ fn panel(
     panel
 }
 
+/// The outlines of a staircase: its steps, and what joins them.
+pub(super) fn outlines(amplitudes: &[f64; STEPS], x: &Scale, y: &Scale) -> (Outline, Outline) {
+    let (mut treads, mut risers) = (Outline::default(), Outline::default());
+    for (i, amplitude) in amplitudes.iter().enumerate() {
+        let [from, to] = borders(i).map(|border| x.at(border));
+        let y_here = y.at(*amplitude);
+        treads.move_to([from, y_here]);
+        treads.line_to([to, y_here]);
+        if let Some(next) = amplitudes.get(i + 1) {
+            risers.move_to([to, y_here]);
+            risers.line_to([to, y.at(*next)]);
+        }
+    }
+    (treads, risers)
+}
+
+/// Where a step begins and ends on the scaled axis.
+pub(super) fn borders(step: usize) -> [f64; 2] {
+    [step, step + 1].map(|border| -1.0 + 0.2 * border as f64)
+}
+
 /// The extent of the amplitude axis: all amplitudes and 0, with some room.
-fn extent(amplitudes: &[f64]) -> [f64; 2] {
+pub(super) fn extent(amplitudes: &[f64]) -> [f64; 2] {
     let low = amplitudes.iter().copied().fold(0.0, f64::min);
     let high = amplitudes.iter().copied().fold(0.0, f64::max);
     if low == high {
@@ -110,7 +153,10 @@ fn name(stimulus: Stimulus) -> &'static str {
 }
 
 /// What the borders between steps are in centimetres or degrees.
-fn physical_axis(stimulus: Stimulus, ranges: &SensorRanges) -> (Vec<Tick>, &'static str) {
+pub(super) fn physical_axis(
+    stimulus: Stimulus,
+    ranges: &SensorRanges,
+) -> (Vec<Tick>, &'static str) {
     let cm = |length: Micrometres| f64::from(length.0) / f64::from(Micrometres::PER_CM);
     let distance = |range: &DistanceRange| [cm(range.near), cm(range.far)];
     let ([low, high], label) = match stimulus {
@@ -131,7 +177,7 @@ fn physical_axis(stimulus: Stimulus, ranges: &SensorRanges) -> (Vec<Tick>, &'sta
 }
 
 /// The line on which all steps lie before learning.
-fn zero(from: [f64; 2], to: [f64; 2]) -> svg::node::element::Line {
+pub(super) fn zero(from: [f64; 2], to: [f64; 2]) -> svg::node::element::Line {
     line(from, to, FAINT_INK, 1.0).set("stroke-dasharray", "5 4")
 }
 

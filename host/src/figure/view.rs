@@ -6,10 +6,10 @@ use svg::node::element::Group;
 
 use super::axes::{self, Scale};
 use super::drive::Drive;
-use super::palette::{COLOURS, OTHERS, Palette};
+use super::palette::{COLOURS, OTHERS, Palette, width};
 use super::shape::{Area, INK, Outline, circle, group, line};
-use crate::arena::{Motion, Obstacle, OccupancyGrid, Pose, Vector, World, radians};
-use crate::experiment::TaskKind;
+use crate::arena::{Motion, Obstacle, OccupancyGrid, Pose, Vector, World, degrees, radians, unit};
+use crate::experiment::{Event, TaskKind};
 
 const OBSTACLE: &str = "#d4d4d4";
 const OBSTACLE_EDGE: &str = "#6e6e6e";
@@ -17,6 +17,9 @@ const OBSTACLE_EDGE: &str = "#6e6e6e";
 pub(super) const TARGET: &str = "#fff3b0";
 /// Actions from one heading mark to the next.
 pub(super) const MARK_EVERY: usize = 10;
+/// Pixels between marks of one pattern, which may come and go at every action, and of two.
+const SAME_APART: f64 = 40.0;
+const OTHERS_APART: f64 = 9.0;
 /// Cells of a map are drawn as blocks, of which at most this many lie side by side.
 const MOST_BLOCKS: usize = 160;
 
@@ -73,9 +76,14 @@ impl View {
         ]
     }
 
-    /// Obstacles, target and walls.
+    /// Obstacles, target and walls; where they are not known, what the sensors saw of them.
     pub fn arena(&self, drive: &Drive) -> Group {
         let mut drawing = group("arena");
+        if !drive.arena_known {
+            drawing.append(self.echoes(drive));
+            drawing.append(axes::border(self.area).set("stroke", OBSTACLE_EDGE));
+            return drawing;
+        }
         for obstacle in drive.scenario.world.obstacles() {
             drawing.append(self.obstacle(obstacle));
         }
@@ -86,6 +94,49 @@ impl View {
         }
         drawing.append(axes::border(self.area).set("stroke-width", 1.5));
         drawing
+    }
+
+    /// The places at which sensors saw something, each in the middle of the sensor's field.
+    fn echoes(&self, drive: &Drive) -> svg::node::element::Path {
+        let mut places = Vec::new();
+        for event in &drive.events {
+            for reading in drive.readings(event).filter(|reading| reading.seen) {
+                let place = reading.from + unit(reading.axis) * reading.distance_cm;
+                let [x, y] = self.at(place);
+                if x > self.area.left
+                    && x < self.area.right()
+                    && y > self.area.top
+                    && y < self.area.bottom()
+                {
+                    places.push([x, y]);
+                }
+            }
+        }
+        Outline::dots(places).dotted(OBSTACLE_EDGE, 3.0)
+    }
+
+    /// What the sensors saw before an action: of each its field, up to where it is free.
+    pub fn fields(&self, drive: &Drive, event: &Event) -> Group {
+        let mut fields = group("fields");
+        for reading in drive.readings(event) {
+            let edge = |distance_cm: f64| {
+                let half = reading.half_field_deg;
+                (0..=16).map(move |i| {
+                    let by = degrees(half * (f64::from(i) / 8.0 - 1.0));
+                    let along = unit(reading.axis.turned(by));
+                    self.at(reading.from + along * distance_cm)
+                })
+            };
+            let corner = self.at(reading.from);
+            let mut range = Outline::through([corner].into_iter().chain(edge(reading.range_cm)));
+            range.close();
+            let outline = range.stroked(OBSTACLE_EDGE, 0.8);
+            fields.append(outline.set("stroke-dasharray", "3 2"));
+            let mut free = Outline::through([corner].into_iter().chain(edge(reading.distance_cm)));
+            free.close();
+            fields.append(free.filled(INK).set("fill-opacity", 0.16));
+        }
+        fields
     }
 
     fn obstacle(&self, obstacle: &Obstacle) -> svg::node::element::Path {
@@ -164,11 +215,11 @@ impl View {
         let mut drawing = group("path");
         let positions: Vec<[f64; 2]> = drive.positions().iter().map(|p| self.at(*p)).collect();
         // Grey below, so that the coloured patterns are never hidden by it.
-        for colour in std::iter::once(OTHERS).chain(COLOURS.into_iter().rev()) {
+        for rank in std::iter::once(None).chain((0..COLOURS.len()).rev().map(Some)) {
             let mut outline = Outline::default();
             let mut at_end = false;
             for (code, ends) in drive.codes().zip(positions.windows(2)) {
-                let drawn = palette.colour(code) == colour && ends[0] != ends[1];
+                let drawn = palette.rank(code) == rank && ends[0] != ends[1];
                 if drawn {
                     if !at_end {
                         outline.move_to(ends[0]);
@@ -178,10 +229,57 @@ impl View {
                 at_end = drawn;
             }
             if !outline.is_empty() {
-                drawing.append(outline.stroked(colour, 2.2).set("stroke-linejoin", "round"));
+                let colour = rank.map_or(OTHERS, |rank| COLOURS[rank]);
+                let moves = outline.stroked(colour, width(rank));
+                drawing.append(moves.set("stroke-linejoin", "round"));
             }
         }
+        for mark in self.pattern_marks(drive, palette, &positions) {
+            drawing.append(mark);
+        }
         drawing
+    }
+
+    /// The signs of the patterns that are not the two used most, where one of them takes over.
+    fn pattern_marks(
+        &self,
+        drive: &Drive,
+        palette: &Palette,
+        positions: &[[f64; 2]],
+    ) -> Vec<svg::node::element::Path> {
+        let mut marks = Vec::new();
+        let mut placed: Vec<(Option<usize>, [f64; 2])> = Vec::new();
+        let mut before = None;
+        for (code, at) in drive.codes().zip(positions) {
+            let rank = palette.rank(code);
+            let clear = placed.iter().all(|(other, [x, y])| {
+                let apart = (at[0] - x).abs().max((at[1] - y).abs());
+                apart
+                    > if *other == rank {
+                        SAME_APART
+                    } else {
+                        OTHERS_APART
+                    }
+            });
+            if rank != before
+                && clear
+                && let Some(mark) = rank.and_then(|r| pattern_mark(*at, r))
+            {
+                placed.push((rank, *at));
+                marks.push(mark);
+            }
+            before = rank;
+        }
+        marks
+    }
+
+    /// Where an arrow begins so that its tip stays inside the arena.
+    fn inside(&self, from: [f64; 2], direction: Microdegrees) -> [f64; 2] {
+        let tip = away(from, direction, ARROW);
+        let Area { left, top, .. } = self.area;
+        let shift_x = tip[0].clamp(left + 3.0, self.area.right() - 3.0) - tip[0];
+        let shift_y = tip[1].clamp(top + 3.0, self.area.bottom() - 3.0) - tip[1];
+        [from[0] + shift_x, from[1] + shift_y]
     }
 
     /// Headings along the way, blocked moves, changes of the direction to follow, and the start.
@@ -192,8 +290,9 @@ impl View {
             if let TaskKind::FollowDirection { direction_udeg } = event.task
                 && direction.replace(direction_udeg) != Some(direction_udeg)
             {
+                let from = self.at(event.pose.position());
                 marks.append(direction_mark(
-                    self.at(event.pose.position()),
+                    self.inside(from, direction_udeg),
                     direction_udeg,
                 ));
             }
@@ -271,6 +370,22 @@ pub(super) fn heading_mark(centre: [f64; 2], heading: Microdegrees) -> svg::node
         .set("stroke-width", 0.6)
 }
 
+/// The sign of a pattern besides its colour; none for the two used most, which differ in width.
+pub(super) fn pattern_mark([x, y]: [f64; 2], rank: usize) -> Option<svg::node::element::Path> {
+    const R: f64 = 3.4;
+    let corners: &[[f64; 2]] = match rank {
+        2 => &[[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]],
+        3 => &[[0.0, -1.4], [1.4, 0.0], [0.0, 1.4], [-1.4, 0.0]],
+        4 => &[[-1.2, -1.0], [1.2, -1.0], [0.0, 1.3]],
+        5 => &[[-1.4, -0.6], [1.4, -0.6], [1.4, 0.6], [-1.4, 0.6]],
+        _ => return None,
+    };
+    let mut outline = Outline::through(corners.iter().map(|[u, v]| [x + R * u, y + R * v]));
+    outline.close();
+    let mark = outline.filled(COLOURS[rank]);
+    Some(mark.set("stroke", INK).set("stroke-width", 0.9))
+}
+
 /// A cross where something stood in the way.
 pub(super) fn blocked_mark([x, y]: [f64; 2]) -> svg::node::element::Path {
     let mut outline = Outline::default();
@@ -281,9 +396,12 @@ pub(super) fn blocked_mark([x, y]: [f64; 2]) -> svg::node::element::Path {
     outline.stroked(INK, 1.4)
 }
 
+/// Length of the arrow to a direction.
+const ARROW: f64 = 18.0;
+
 /// An arrow from where the direction to follow changed.
 pub(super) fn direction_mark(from: [f64; 2], direction: Microdegrees) -> Group {
-    let tip = away(from, direction, 18.0);
+    let tip = away(from, direction, ARROW);
     let barb = |by: i32| away(tip, direction.turned(Microdegrees::from_degrees(by)), 5.0);
     let mut mark = group("direction");
     mark.append(line(from, tip, INK, 1.2));

@@ -11,6 +11,7 @@
 //! | `port` | what a port is: [`Port`], and what can go wrong with one |
 //! | `serial` | serial ports, which come back after the cable was pulled |
 //! | `discovery` | which serial ports are rovers |
+//! | `emulated` | the port of an emulated board |
 //! | `loopback` | a rover in this process, for tests |
 //! | `client` | the conversation: [`Client`] |
 //! | `error` | what can go wrong with it |
@@ -24,6 +25,7 @@
 
 mod client;
 pub mod discovery;
+pub mod emulated;
 mod error;
 mod inbox;
 mod knowledge;

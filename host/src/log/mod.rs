@@ -7,6 +7,7 @@
 //! |---|---|
 //! | metadata `turing-rover` | [`Origin`]: format version, program version, seed, mode |
 //! | attachment `knowledge.rover` | what was known at the start, with its parameters |
+//! | channel `/arena` | one [`arena::Arena`] per trial, where there is one |
 //! | channel `/step` | one [`message::Step`] per action |
 //! | channel `/end` | one [`message::End`] per trial |
 //! | attachment `knowledge-after.rover` | what was known at the end |
@@ -16,13 +17,15 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `message` | the messages, their schemas and the checksum that chains them |
+//! | `arena` | the message that says where a trial takes place |
+//! | `message` | all other messages, their schemas and the checksum that chains them |
 //! | `writer`, `reader` | whole logs |
 //! | `lengths` | whether the lengths that a file claims can be true |
 //! | `recording` | logs of a rover, as it was heard over its port |
 //! | `session` | what both kinds of logs have in common, and replays start from |
 //! | `table` | drives recorded by others, as CSV |
 
+pub mod arena;
 mod lengths;
 pub mod message;
 mod reader;
@@ -43,6 +46,7 @@ pub const FORMAT: u32 = 1;
 const METADATA: &str = "turing-rover";
 const BEFORE: &str = "knowledge.rover";
 const AFTER: &str = "knowledge-after.rover";
+const ARENA_TOPIC: &str = "/arena";
 const STEP_TOPIC: &str = "/step";
 const END_TOPIC: &str = "/end";
 

@@ -9,11 +9,12 @@ use mcap::read::{ChunkReader, LinearReader, Options};
 use mcap::records::{ChunkHeader, Record};
 use rover_shared::learning::Mode;
 
+use super::arena::Arena;
 use super::lengths;
 use super::message::{Chain, End, Step};
 use super::recording::{Recording, SOURCE};
 use super::session::Sessions;
-use super::{AFTER, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
+use super::{AFTER, ARENA_TOPIC, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
 
 /// One message, in the order in which they were written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,7 +34,9 @@ pub struct Log {
     pub before: Vec<u8>,
     /// The knowledge at the end, as bytes; `None` if the log is cut off or was not finished.
     pub after: Option<Vec<u8>>,
-    /// All messages that can be read.
+    /// Where trials took place, as far as that is known.
+    pub arenas: Vec<Arena>,
+    /// All messages on what was done that can be read.
     pub entries: Vec<Entry>,
     /// The number of the first message, from 1, whose checksum does not follow from those before.
     pub broken_at: Option<usize>,
@@ -97,6 +100,7 @@ impl Log {
             origin,
             before,
             after: attachments.remove(AFTER),
+            arenas: Vec::new(),
             entries: Vec::new(),
             broken_at: None,
             cut_off: false,
@@ -153,6 +157,14 @@ impl Log {
             Some(END_TOPIC) => {
                 let (end, intact) = chain.open(&data).map_err(invalid)?;
                 (Entry::End(Box::new(end)), intact)
+            }
+            Some(ARENA_TOPIC) => {
+                let (arena, intact) = chain.open(&data).map_err(invalid)?;
+                self.arenas.push(arena);
+                if !intact {
+                    self.broken_at.get_or_insert(number);
+                }
+                return Ok(());
             }
             _ => return Ok(()),
         };

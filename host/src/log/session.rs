@@ -160,6 +160,7 @@ impl TryFrom<Sessions> for Log {
             origin: Origin { seed, mode, writer },
             before,
             after,
+            arenas: Vec::new(),
             entries,
             broken_at: log.broken_at,
             cut_off: log.cut_off,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Seek, Write};
+use std::sync::Arc;
 
 use mcap::records::MessageHeader;
 use mcap::{Attachment, WriteOptions, Writer};
@@ -9,8 +10,10 @@ use rover_shared::controller::Learned;
 use rover_shared::sensing::Sample;
 use serde::Serialize;
 
+use super::arena::{ARENA_SCHEMA, Arena};
 use super::message::{Chain, END_SCHEMA, End, STEP_SCHEMA, Step};
-use super::{AFTER, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
+use super::{AFTER, ARENA_TOPIC, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
+use crate::arena::{Scenario, World};
 use crate::experiment::{Ending, Event, TaskKind, Witness};
 
 /// Nanoseconds of log time per action.
@@ -20,9 +23,11 @@ const ACTION_NS: u64 = 1_000_000_000;
 /// [`finish`](Self::finish), and nothing is written after it.
 pub struct LogWriter<W: Write + Seek> {
     mcap: Writer<BufWriter<W>>,
-    channels: [u16; 2],
+    channels: [u16; 3],
     chain: Chain,
     trial: u32,
+    /// The world of the trial before.
+    world: Option<Arc<World>>,
     actions: u64,
     error: Option<std::io::Error>,
 }
@@ -55,12 +60,14 @@ impl<W: Write + Seek> LogWriter<W> {
         let channels = [
             channel(STEP_TOPIC, "Step", STEP_SCHEMA).map_err(io_error)?,
             channel(END_TOPIC, "End", END_SCHEMA).map_err(io_error)?,
+            channel(ARENA_TOPIC, "Arena", ARENA_SCHEMA).map_err(io_error)?,
         ];
         Ok(Self {
             mcap,
             channels,
             chain: Chain::new(origin)?,
             trial: 1,
+            world: None,
             actions: 0,
             error: None,
         })
@@ -101,6 +108,16 @@ impl<W: Write + Seek> LogWriter<W> {
         self.write(1, end)
     }
 
+    /// Writes where the trial that begins takes place.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_arena(&mut self, scenario: &Scenario) -> std::io::Result<()> {
+        let before = self.world.replace(scenario.world.clone());
+        let same_place = before.is_some_and(|world| Arc::ptr_eq(&world, &scenario.world));
+        self.write(2, &Arena::new(self.trial, scenario, same_place))
+    }
+
     fn write(&mut self, channel: usize, message: &impl Serialize) -> std::io::Result<()> {
         let data = self.chain.seal(message)?;
         let time = self.time();
@@ -128,6 +145,14 @@ impl<W: Write + Seek> LogWriter<W> {
 }
 
 impl<W: Write + Seek> Witness for LogWriter<W> {
+    fn begin(&mut self, scenario: &Scenario) {
+        if self.error.is_some() {
+            return;
+        }
+        let written = self.write_arena(scenario);
+        self.note(written);
+    }
+
     fn step(&mut self, event: &Event) {
         if self.error.is_some() {
             return;

@@ -238,6 +238,8 @@ impl Motion {
             // A turn within the tolerance needs no settling: nothing has moved.
             if turn.0.abs() <= p.tolerance.0 {
                 self.phase = Phase::Advancing(Advance::new(target, advance));
+            } else {
+                self.progress.begin_turn();
             }
         }
         match &mut self.phase {

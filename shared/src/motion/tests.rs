@@ -261,6 +261,15 @@ fn short_advances_that_lead_nowhere_add_up() {
 }
 
 #[test]
+fn small_turns_to_and_fro_do_not_add_up() {
+    let mut plant = Plant::new();
+    for i in 0..60 {
+        plant.start(if i % 2 == 0 { 3 } else { -3 }, 0);
+        assert_eq!(plant.run().0.outcome, Outcome::Completed, "turn {i}");
+    }
+}
+
+#[test]
 fn in_the_open_nothing_can_be_told_of_an_advance() {
     let mut plant = Plant::new();
     for _ in 0..10 {

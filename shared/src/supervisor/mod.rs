@@ -108,6 +108,10 @@ pub struct Supervisor {
     counters: Counters,
     /// When each fault that was not reported yet was last counted.
     unreported: [Option<Instant>; Fault::COUNT],
+    /// Until when the rules would find what they found last, if nothing else happens than that good
+    /// signals keep coming. The firmware asks a thousand times a second, and on the processor of a
+    /// rover going through the table each time was a third of all computing.
+    settled_until: Option<Instant>,
 }
 
 impl Supervisor {
@@ -128,6 +132,7 @@ impl Supervisor {
             starved: false,
             counters: Counters([0; Fault::COUNT]),
             unreported: [None; Fault::COUNT],
+            settled_until: None,
         }
     }
 
@@ -203,6 +208,10 @@ impl Supervisor {
     /// Applies [`RULES`] at this time.
     pub fn poll(&mut self, now: Instant) {
         self.keep_time(now);
+        if self.settled_until.is_some_and(|until| self.latest < until) {
+            return;
+        }
+        let state = self.state;
         for (i, rule) in RULES.iter().enumerate() {
             let due = rule.when.holds(self.state) && self.missing(rule);
             if due && !self.standing[i] {
@@ -215,6 +224,20 @@ impl Supervisor {
             }
             self.standing[i] = due;
         }
+        // A fault may have changed which rules hold.
+        self.settled_until = (self.state == state).then(|| self.next_due());
+    }
+
+    /// When the first of the rules that do not stand will, if its signal does not come. Rules that
+    /// hold in other states are included: that costs a look too many.
+    fn next_due(&self) -> Instant {
+        let due = |(rule, stands): (&Rule, &bool)| {
+            let seen = self.seen[rule.signal.index()].filter(|_| !stands)?;
+            let due = seen.after(rule.limit());
+            (due > self.latest).then_some(due)
+        };
+        let rules = RULES.iter().zip(&self.standing);
+        rules.filter_map(due).min().unwrap_or(Instant(u64::MAX))
     }
 
     /// Takes what happened, and applies the rules.
@@ -229,6 +252,9 @@ impl Supervisor {
     }
 
     fn take(&mut self, input: Input) -> Result<(), Refusal> {
+        if !self.changes_nothing(input) {
+            self.settled_until = None;
+        }
         match input {
             Input::Alive(of) => self.see(Signal::Alive(of)),
             Input::Ranges(health) => {
@@ -262,6 +288,18 @@ impl Supervisor {
             Input::AdcError => self.count(Fault::AdcError, 1),
         }
         Ok(())
+    }
+
+    /// Whether an input can only put off what the rules would do: a sign of life, or sensors that are
+    /// as they were, while no rule stands that it could lift.
+    fn changes_nothing(&self, input: Input) -> bool {
+        let as_before = match input {
+            Input::Alive(_) | Input::Heartbeat => true,
+            Input::Ranges(health) => health == self.ranges,
+            Input::Compass(health) => health == self.compass,
+            _ => false,
+        };
+        as_before && !self.standing.contains(&true)
     }
 
     fn arm(&mut self) -> Result<(), Refusal> {
@@ -381,9 +419,8 @@ impl Supervisor {
             Signal::Compass => self.compass != CompassHealth::Good,
             Signal::Alive(_) | Signal::Heartbeat => false,
         };
-        let limit = rule.within.minus(GUARD_PERIOD);
-        let silent =
-            self.seen[rule.signal.index()].is_none_or(|then| self.latest.since(then) >= limit);
+        let silent = self.seen[rule.signal.index()]
+            .is_none_or(|then| self.latest.since(then) >= rule.limit());
         silent || (bad && rule.response == Response::Stop)
     }
 
@@ -414,6 +451,7 @@ impl Supervisor {
 
     fn keep_time(&mut self, now: Instant) {
         if self.latest.since(now) > OUT_OF_ORDER {
+            self.settled_until = None;
             self.latest = now;
             self.seen = Self::loops_alive(now);
             self.count(Fault::ClockStepped, 1);

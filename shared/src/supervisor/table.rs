@@ -107,6 +107,14 @@ pub struct Rule {
     pub fault: Fault,
 }
 
+impl Rule {
+    /// How long the signal may be missing before the response is due: a guard's period before the
+    /// time that is promised.
+    pub const fn limit(&self) -> Duration {
+        self.within.minus(GUARD_PERIOD)
+    }
+}
+
 const fn row(signal: Signal, when: When, within: u32, response: Response, fault: Fault) -> Rule {
     Rule {
         signal,

@@ -638,6 +638,33 @@ proptest! {
             }
         }
     }
+
+    /// Looking at the rules only when they can find something else than before finds the same.
+    #[test]
+    fn a_supervisor_that_looks_only_when_it_must_sees_all(
+        story in prop::collection::vec((any_lapse(), prop::option::weighted(0.9, any_input())), 1..120),
+    ) {
+        let mut supervisor = Supervisor::new(Instant(0), ResetReason::PowerOn);
+        let mut anxious = supervisor.clone();
+        let mut now = 0u64;
+        for (lapse, input) in story {
+            now = now.saturating_add_signed(lapse);
+            let answers = [&mut supervisor, &mut anxious].map(|one| match input {
+                Some(input) => one.handle(Instant(now), input),
+                None => {
+                    one.poll(Instant(now));
+                    Ok(())
+                }
+            });
+            prop_assert_eq!(answers[0], answers[1]);
+            // This one has to look at every rule every time.
+            anxious.settled_until = None;
+            prop_assert_eq!(supervisor.state(), anxious.state());
+            prop_assert_eq!(supervisor.counters(), anxious.counters());
+            prop_assert_eq!(supervisor.motors_enabled(), anxious.motors_enabled());
+            prop_assert_eq!(supervisor.feed_watchdog(), anxious.feed_watchdog());
+        }
+    }
 }
 
 /// The story of the property test above is worth something only if motors do run in it.

@@ -53,6 +53,10 @@ impl Core {
     /// Gives the cycles if there is no instruction to be executed in this step.
     #[inline(never)]
     pub(super) fn attend<B: Bus>(&mut self, bus: &mut B) -> Option<u32> {
+        // It goes no further until its owner has seen what it asked for.
+        if self.system.reset_requested {
+            return Some(0);
+        }
         self.system.attention = false;
         let pending = self.system.nvic.highest_pending();
         let due = pending.filter(|&(_, priority)| priority < self.execution_priority());

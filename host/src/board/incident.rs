@@ -1,0 +1,84 @@
+//! What a board would not tell by itself: faults, resets, power cuts.
+
+use super::cpu::FaultReport;
+use super::peripheral::Cycles;
+
+/// Incidents that are kept; later ones are only counted.
+const KEPT: usize = 64;
+
+/// Something that happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Incident {
+    /// When.
+    pub at: Cycles,
+    /// What.
+    pub kind: Kind,
+}
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A HardFault, which the program handles.
+    HardFault(FaultReport),
+    /// A fault where no HardFault can be taken. Only a reset, the watchdog's say, helps.
+    Lockup(FaultReport),
+    /// The watchdog's reset.
+    Watchdog {
+        /// The last fault before it, if there was one.
+        fault: Option<FaultReport>,
+    },
+    /// A reset of the core that the program asked for (SYSRESETREQ).
+    Requested,
+    /// The RUN pin's reset.
+    RunPin,
+    /// The brown-out detector's reset.
+    BrownOut,
+    /// The power was cut.
+    PowerLost,
+}
+
+/// All that happened.
+#[derive(Clone, Debug, Default)]
+pub struct Incidents {
+    first: Vec<Incident>,
+    count: u64,
+}
+
+impl Incidents {
+    /// Adds one.
+    pub(super) fn note(&mut self, incident: Incident) {
+        self.count += 1;
+        if self.first.len() < KEPT {
+            self.first.push(incident);
+        }
+    }
+
+    /// The first 64.
+    pub fn first(&self) -> &[Incident] {
+        &self.first
+    }
+
+    /// How many there were in all.
+    pub const fn count(&self) -> u64 {
+        self.count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_are_kept_and_all_are_counted() {
+        let mut incidents = Incidents::default();
+        for at in 0..100 {
+            incidents.note(Incident {
+                at,
+                kind: Kind::RunPin,
+            });
+        }
+        assert_eq!(incidents.first().len(), KEPT);
+        assert_eq!(incidents.first()[63].at, 63);
+        assert_eq!(incidents.count(), 100);
+    }
+}

@@ -1,0 +1,197 @@
+//! What can be seen of the machine, and what is connected to it.
+//!
+//! Whatever is changed from outside may concern the core at once: the machine looks after everything
+//! before it goes on.
+
+use super::{Load, Machine, OutsideRam};
+use crate::board::adc::Adc;
+use crate::board::boot_rom;
+use crate::board::bus::{Boot, FLASH};
+use crate::board::compass::Compass;
+use crate::board::cpu::{Core, PC};
+use crate::board::i2c::I2c;
+use crate::board::incident::Incidents;
+use crate::board::memory::RAM;
+use crate::board::peripheral::Cycles;
+use crate::board::peripherals::{Peripherals, Unmodelled};
+use crate::board::pins::Output;
+use crate::board::probe::{Probe, ProbeId, Probes};
+use crate::board::usb::Usb;
+
+impl Machine {
+    /// What the chip drives a pin to.
+    ///
+    /// # Panics
+    /// There are pins 0 to 29 only.
+    pub fn output(&self, pin: usize) -> Output {
+        self.bus.peripherals.output(pin)
+    }
+
+    /// Holds a pin at a level from outside, or leaves it to the chip's pulls.
+    ///
+    /// # Panics
+    /// There are pins 0 to 29 only.
+    pub fn set_input(&mut self, pin: usize, level: Option<bool>) {
+        self.peripherals_mut().outside[pin] = level;
+        self.bus.peripherals.pins_changed(self.bus.now);
+    }
+
+    /// The converter, to set its inputs.
+    pub fn adc_mut(&mut self) -> &mut Adc {
+        &mut self.peripherals_mut().adc
+    }
+
+    /// The compass and the bus that it is on (I2C1), to turn the one and break the other.
+    pub fn compass_bus_mut(&mut self) -> &mut I2c<Compass> {
+        &mut self.peripherals_mut().i2c1
+    }
+
+    /// USB: the cable and the host at its end.
+    pub fn usb(&self) -> &Usb {
+        &self.bus.peripherals.usb
+    }
+
+    /// USB, to change something there. Its functions want the time, [`Machine::now`].
+    pub fn usb_mut(&mut self) -> &mut Usb {
+        &mut self.peripherals_mut().usb
+    }
+
+    pub(super) fn peripherals_mut(&mut self) -> &mut Peripherals {
+        self.bus.look();
+        &mut self.bus.peripherals
+    }
+
+    /// The processor.
+    pub fn core(&self) -> &Core {
+        &self.core
+    }
+
+    /// The processor, for a debugger to change its registers.
+    pub fn core_mut(&mut self) -> &mut Core {
+        self.bus.look();
+        &mut self.core
+    }
+
+    /// Microseconds that the board's timer has counted: since its last reset, once it is set up.
+    pub fn timer_us(&self) -> u64 {
+        self.bus.peripherals.timer.count(self.bus.now)
+    }
+
+    /// Lets the core go on at another address, as after a wild jump.
+    pub fn jump(&mut self, address: u32) {
+        self.core_mut().registers_mut().set(PC, address);
+    }
+
+    /// Lets the code outside of interrupts hang from now on: it waits for ever, in the boot ROM,
+    /// while interrupts are served as before. Gives false, and does nothing, while the core is in an
+    /// interrupt or without power.
+    pub fn hang(&mut self) -> bool {
+        let handling = self.core.registers().handler_mode();
+        if handling || !self.powered {
+            return false;
+        }
+        let rest = boot_rom::rest_address();
+        self.core_mut().registers_mut().set(PC, rest);
+        true
+    }
+
+    /// Lets the core stand still for some time, and interrupts wait, as if something took much longer
+    /// than it should with interrupts masked.
+    pub fn stall(&mut self, time: Cycles) {
+        self.bus.stalled_until = self.bus.stalled_until.max(self.bus.now) + time;
+        self.bus.look();
+    }
+
+    /// What the boot ROM came to.
+    pub fn boot(&self) -> Boot {
+        self.bus.boot
+    }
+
+    /// Bytes at an address of RAM or flash; `None` elsewhere.
+    pub fn read(&self, address: u32, size: usize) -> Option<&[u8]> {
+        let (memory, start) = if address >= RAM {
+            (self.bus.memory.ram(), RAM)
+        } else {
+            (self.bus.flash.bytes(), FLASH)
+        };
+        let offset = address.wrapping_sub(start) as usize;
+        memory.get(offset..offset.checked_add(size)?)
+    }
+
+    /// Changes bytes of the RAM as a debugger does.
+    ///
+    /// # Errors
+    /// They do not lie in the RAM.
+    pub fn write_ram(&mut self, address: u32, bytes: &[u8]) -> Result<(), OutsideRam> {
+        let offset = address.wrapping_sub(RAM) as usize;
+        let cells = offset
+            .checked_add(bytes.len())
+            .and_then(|end| self.bus.memory.ram_mut().get_mut(offset..end));
+        cells.ok_or(OutsideRam { address })?.copy_from_slice(bytes);
+        Ok(())
+    }
+
+    /// The flash's bytes.
+    pub fn flash(&self) -> &[u8] {
+        self.bus.flash.bytes()
+    }
+
+    /// The flash's bytes, for another board's knowledge, or to spoil them.
+    pub fn flash_mut(&mut self) -> &mut [u8] {
+        self.bus.flash.bytes_mut()
+    }
+
+    /// Operations that the flash has carried out.
+    pub fn flash_operations(&self) -> u64 {
+        self.bus.flash.operations()
+    }
+
+    /// Cuts the power during the flash operation with this number, counted as
+    /// [`flash_operations`](Self::flash_operations) does, at a moment within it that the seed
+    /// decides, as it decides what is left.
+    pub fn cut_power_at(&mut self, operation: u64, seed: u64) {
+        self.bus.flash.cut_power_at(operation, seed);
+    }
+
+    /// How the core spent its time since the machine was made, time without power left out.
+    pub const fn load(&self) -> Load {
+        self.load
+    }
+
+    /// The most bytes that were on the stack since power-up; `None` if the program does not say
+    /// where its stack is.
+    pub fn stack_high_water(&self) -> Option<u32> {
+        Some(self.stack?.high_water(&self.bus.memory))
+    }
+
+    /// Bytes that the stack may have; `None` if the program does not say.
+    pub fn stack_size(&self) -> Option<u32> {
+        Some(self.stack?.size())
+    }
+
+    /// Faults, resets and power cuts.
+    pub const fn incidents(&self) -> &Incidents {
+        &self.incidents
+    }
+
+    /// The first access to a peripheral that is not emulated, if there was any.
+    pub fn unmodelled(&self) -> Option<Unmodelled> {
+        self.bus.peripherals.unmodelled()
+    }
+
+    /// Measures the calls of the function at this address from now on. While there are probes the
+    /// board runs slower.
+    pub fn add_probe(&mut self, function: u32) -> ProbeId {
+        self.probes.add(function)
+    }
+
+    /// What a probe has measured.
+    pub fn probe(&self, id: ProbeId) -> &Probe {
+        self.probes.get(id)
+    }
+
+    /// Takes all probes away.
+    pub fn remove_probes(&mut self) {
+        self.probes = Probes::default();
+    }
+}

@@ -1,0 +1,85 @@
+//! How the staircases came to be what they are.
+
+use rover_shared::controller::Learned;
+use rover_shared::learning::StaircaseChange;
+use rover_shared::sensing::Sample;
+use rover_shared::sensing::neuron::{Activation, SensingNeuron};
+
+use super::pilot::{Event, TaskKind, Witness};
+use super::trial::Ending;
+
+/// All changes of the staircases, (5) and (6), in order. With them, the staircases at any action
+/// can be told without running the core again.
+#[derive(Clone, Debug)]
+pub struct History {
+    /// What the staircases were at first.
+    start: [SensingNeuron; 4],
+    /// The bound of the amplitudes.
+    limit: Activation,
+    /// Before which action each change was made, counted from 0 over all trials.
+    changes: Vec<(u64, StaircaseChange)>,
+    actions: u64,
+}
+
+impl History {
+    /// A history that begins with these staircases, whose amplitudes stay within `limit`.
+    pub fn new(start: [SensingNeuron; 4], limit: Activation) -> Self {
+        Self {
+            start,
+            limit,
+            changes: Vec::new(),
+            actions: 0,
+        }
+    }
+
+    /// An action was chosen, after this was learned from the one before.
+    pub fn acted(&mut self, learned: Option<&Learned>) {
+        self.concluded(learned);
+        self.actions += 1;
+    }
+
+    /// This was learned from the last action of a trial.
+    pub fn concluded(&mut self, learned: Option<&Learned>) {
+        if let Some(change) = learned.and_then(|learned| learned.staircase) {
+            self.changes.push((self.actions, change));
+        }
+    }
+
+    /// How many actions there were.
+    pub fn actions(&self) -> u64 {
+        self.actions
+    }
+
+    /// The changes, each with the number of the action, from 0, that was chosen after it.
+    pub fn changes(&self) -> &[(u64, StaircaseChange)] {
+        &self.changes
+    }
+
+    /// The staircases by which action number `action`, from 0, was chosen; the last ones for
+    /// numbers beyond the end.
+    pub fn at(&self, action: u64) -> [SensingNeuron; 4] {
+        self.after(
+            self.changes
+                .partition_point(|(before, _)| *before <= action),
+        )
+    }
+
+    /// The staircases after a number of changes.
+    pub fn after(&self, changes: usize) -> [SensingNeuron; 4] {
+        let mut neurons = self.start;
+        for (_, change) in self.changes.iter().take(changes) {
+            neurons[change.stimulus as usize].shift(change.step, change.amount, self.limit);
+        }
+        neurons
+    }
+}
+
+impl Witness for History {
+    fn step(&mut self, event: &Event) {
+        self.acted(event.record.learned.as_ref());
+    }
+
+    fn end(&mut self, _: &Sample, _: TaskKind, learned: Option<Learned>, _: Ending) {
+        self.concluded(learned.as_ref());
+    }
+}

@@ -1,0 +1,216 @@
+//! Faults of the vehicle against the promises of the supervisor's table.
+
+use std::collections::BTreeMap;
+
+use rover_host::vehicle::bench::{BenchRover, Memory};
+use rover_host::vehicle::{Channel, Fault, Side};
+use rover_shared::time::Duration;
+use rover_shared::wire::message::{
+    ChannelHealth, CompassHealth, EventKind, Fault as Counted, Mode, Outcome, Report, State, Task,
+};
+
+use super::fixture::{bench, room, scenario};
+
+/// What happened from the beginning of a fault on, with the milliseconds after which it did.
+struct Course {
+    outcomes: Vec<(u64, Outcome)>,
+    events: Vec<(u64, EventKind)>,
+    /// When the wheels were last driven.
+    driven: u64,
+    /// For how long the wheels were driven without a rest, at most.
+    longest_drive: u64,
+}
+
+/// Lets a rover drive, breaks something in the middle of a move, and looks for `span`.
+fn course<R>(fault: Fault, span: Duration, look: impl FnOnce(&mut BenchRover, Course) -> R) -> R {
+    let scenario = scenario(&room(500.0, 10.0), 4);
+    let mut memory = Memory::default();
+    let mut bench = bench(&mut memory, &scenario, 4);
+    bench
+        .start(Mode::Learn, Task::FollowChangingDirection)
+        .expect("all is well");
+    bench.run(Duration::from_millis(60_000), &mut |_| {});
+    // Into the middle of a move.
+    let mut driven = 0;
+    while driven < 10 {
+        bench.period(&mut |_| {});
+        driven = if bench.driven() { driven + 1 } else { 0 };
+    }
+    bench.set_faults(&[fault]);
+    let (began, mut course) = (bench.now(), Course::new());
+    let mut stretch = 0;
+    while bench.now().since(began) < span {
+        let mut reports = Vec::new();
+        bench.period(&mut |report| reports.push(report));
+        let since = bench.now().since(began).0 / 1_000;
+        stretch = if bench.driven() { stretch + 20 } else { 0 };
+        course.longest_drive = course.longest_drive.max(stretch);
+        if bench.driven() {
+            course.driven = since;
+        }
+        for report in reports {
+            match report {
+                Report::Action(record) => course.outcomes.push((since, record.outcome)),
+                Report::Event(event) => course.events.push((since, event.kind)),
+                _ => {}
+            }
+        }
+    }
+    look(&mut bench, course)
+}
+
+impl Course {
+    fn new() -> Self {
+        Self {
+            outcomes: Vec::new(),
+            events: Vec::new(),
+            driven: 0,
+            longest_drive: 0,
+        }
+    }
+
+    /// Milliseconds until this was first reported.
+    fn first(&self, wanted: impl Fn(&EventKind) -> bool) -> u64 {
+        let event = self.events.iter().find(|(_, kind)| wanted(kind));
+        event
+            .unwrap_or_else(|| panic!("it is found out: {:?}", self.events))
+            .0
+    }
+}
+
+const TEN_SECONDS: Duration = Duration::from_millis(10_000);
+
+#[test]
+fn a_range_sensor_that_breaks_stops_the_rover_within_half_a_second() {
+    for (index, channel) in (0..).zip(Channel::ALL) {
+        for (fault, health) in [
+            (Fault::IrOpen(channel), ChannelHealth::Open),
+            (Fault::IrShorted(channel), ChannelHealth::Shorted),
+        ] {
+            course(fault, TEN_SECONDS, |bench, course| {
+                let found = EventKind::Range {
+                    channel: index,
+                    health,
+                };
+                let found = course.first(|kind| *kind == found);
+                assert!(found < 500, "{fault}: {found} ms");
+                assert!(
+                    course.driven < 500,
+                    "{fault}: driven until {}",
+                    course.driven
+                );
+                // And it does not go on by itself once it has long been forgotten.
+                assert_eq!(bench.state(), State::Faulted(Counted::RangeSensor));
+                assert!(!bench.driven() && bench.vehicle().at_rest());
+            });
+        }
+    }
+}
+
+#[test]
+fn a_range_sensor_that_hangs_is_found_by_half_a_second_of_driving() {
+    for (index, channel) in (0..).zip(Channel::ALL) {
+        course(Fault::IrFrozen(channel), TEN_SECONDS, |bench, course| {
+            let found = EventKind::Range {
+                channel: index,
+                health: ChannelHealth::Frozen,
+            };
+            let found = course.first(|kind| *kind == found);
+            // Driven time counts, and between two moves it rests.
+            assert!(found < 1_500, "{channel:?}: {found} ms");
+            assert!(course.driven <= found + 200);
+            assert_eq!(bench.state(), State::Faulted(Counted::RangeSensor));
+        });
+    }
+}
+
+#[test]
+fn a_compass_that_is_lost_stops_the_rover_within_a_tenth_of_a_second() {
+    for (fault, health) in [
+        (Fault::CompassSilent, CompassHealth::Silent),
+        (Fault::CompassStuck, CompassHealth::Silent),
+        (Fault::CompassGarbage, CompassHealth::Implausible),
+    ] {
+        course(fault, TEN_SECONDS, |bench, course| {
+            assert!(
+                course.driven <= 120,
+                "{fault}: driven until {}",
+                course.driven
+            );
+            let found = course.first(|kind| *kind == EventKind::Compass(health));
+            assert!(found <= 120, "{fault}: {found} ms");
+            assert!(matches!(
+                course.outcomes.first(),
+                Some((..=120, Outcome::CompassLost | Outcome::Stopped))
+            ));
+            assert_eq!(bench.state(), State::Faulted(Counted::Compass));
+            assert!(bench.vehicle().at_rest());
+        });
+    }
+}
+
+#[test]
+fn wheels_that_do_not_move_the_rover_are_stopped_within_a_second_and_disarmed_at_the_third_time() {
+    for fault in [
+        Fault::WheelsSlipping(Side::Both),
+        Fault::MotorDead(Side::Both),
+    ] {
+        course(fault, Duration::from_millis(120_000), |bench, course| {
+            let stalls = course.outcomes.iter();
+            let stalls = stalls.filter(|(_, outcome)| *outcome == Outcome::NoProgress);
+            assert_eq!(stalls.count(), 3, "{fault}: {:?}", course.outcomes);
+            assert_eq!(bench.state(), State::Faulted(Counted::Stuck), "{fault}");
+            // The last move of each stall was driven for a second at most.
+            assert!(
+                course.longest_drive <= 1_020,
+                "{fault}: {}",
+                course.longest_drive
+            );
+        });
+    }
+}
+
+#[test]
+fn half_a_drive_never_drives_for_long_and_ends_disarmed_or_goes_on() {
+    for side in [Side::Left, Side::Right] {
+        for fault in [Fault::WheelsSlipping(side), Fault::MotorDead(side)] {
+            course(fault, Duration::from_millis(120_000), |bench, course| {
+                // One side alone still turns the rover, so that turns may be made.
+                assert!(
+                    course.longest_drive < 4_000,
+                    "{fault}: {}",
+                    course.longest_drive
+                );
+                println!("{fault}: {:?}, {:?}", bench.state(), tally(&course));
+            });
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_told_from_the_world_does_no_harm() {
+    let faults = [
+        Fault::CompassRotated,
+        Fault::IrNoisy(Channel::FrontLeft),
+        Fault::IrNoisy(Channel::Right),
+    ];
+    for fault in faults {
+        course(fault, Duration::from_millis(120_000), |bench, course| {
+            println!("{fault}: {:?}, {:?}", bench.state(), tally(&course));
+            assert!(
+                course.longest_drive < 4_000,
+                "{fault}: {}",
+                course.longest_drive
+            );
+        });
+    }
+}
+
+/// How often moves ended how.
+fn tally(course: &Course) -> BTreeMap<String, u32> {
+    let mut tally = BTreeMap::new();
+    for (_, outcome) in &course.outcomes {
+        *tally.entry(format!("{outcome:?}")).or_default() += 1;
+    }
+    tally
+}
