@@ -165,7 +165,7 @@ fn a_recording_with_every_kind_of_message_is_read_by_others() {
         .values()
         .map(|kept| kept.to_vec())
         .collect();
-    assert_eq!(kept, [bytes.clone()]);
+    assert_eq!(kept, std::slice::from_ref(&bytes));
 
     let Some(found) = read(&path) else {
         return;
