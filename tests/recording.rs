@@ -201,7 +201,7 @@ fn knowledge_at_the_end_is_compared() {
     let print = rover_shared::wire::transfer::fingerprint(bytes);
     let mut other = bytes.to_vec();
     *other.last_mut().unwrap() ^= 1;
-    *after = Some(Knowledge::Bytes(other));
+    *after = Some(Knowledge::Bytes(other.into()));
     let text = |s: &Sessions| {
         replay::verify_sessions(s)
             .unwrap()
