@@ -5,7 +5,7 @@
 //! the RP2040 the program cannot see the cable being pulled (the bus's voltage is not wired to the
 //! controller), a write would wait for ever.
 //!
-//! Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
+//! embassy-rp's driver can be left deaf by a bus reset, which [`EndpointZero`] mends. Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
 //! around by the driver. If it strikes, every write runs into its time-out, reports are dropped and
 //! counted, and a rover driven by the host stops for want of heartbeats; a reset frees it.
 
@@ -16,10 +16,10 @@ use embassy_futures::join::join3;
 use embassy_futures::select::{Either3, select3};
 use embassy_rp::peripherals::USB;
 use embassy_rp::usb::{Driver, InterruptHandler};
-use embassy_rp::{Peri, bind_interrupts};
+use embassy_rp::{Peri, bind_interrupts, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Timer, with_timeout};
+use embassy_time::{Duration, Instant, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
 use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::String;
@@ -146,9 +146,11 @@ async fn transmit(
     rover: &'static RefCell<Rover<'static>>,
     last_words: Option<Text>,
 ) -> ! {
+    let mut endpoint_zero = EndpointZero::new();
     loop {
         while !sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
+            endpoint_zero.look();
             discard();
             Timer::after(PERIOD).await;
         }
@@ -167,6 +169,7 @@ async fn transmit(
         }
         while sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
+            endpoint_zero.look();
             match select3(ANSWERS.receive(), TELEMETRY.receive(), Timer::after(PERIOD)).await {
                 Either3::First(report) | Either3::Second(report) => {
                     outbox.send(&mut sender, &report).await
@@ -176,6 +179,43 @@ async fn transmit(
         }
         rover.borrow_mut().closed();
         log!("port closed");
+    }
+}
+
+/// Frees the control endpoint when a bus reset has come in the middle of a request.
+///
+/// embassy-rp 0.10 waits for the request's packet to be taken, looks at nothing else meanwhile, and so
+/// misses the reset (or the pulled cable, which ends in one): the packet is never taken. The board
+/// would stay deaf to USB until it is reset. Taking the packet back lets the driver go on.
+struct EndpointZero {
+    /// Since when a bus reset has been waiting to be noticed.
+    waiting: Option<Instant>,
+}
+
+impl EndpointZero {
+    const fn new() -> Self {
+        Self { waiting: None }
+    }
+
+    /// To be called every [`PERIOD`] or more often, by a part of what the driver runs in: all of
+    /// that is polled when this is.
+    fn look(&mut self) {
+        if !pac::USB.sie_status().read().bus_reset() {
+            self.waiting = None;
+            return;
+        }
+        // The driver clears it within a turn of the executor, unless it is stuck.
+        let since = *self.waiting.get_or_insert_with(Instant::now);
+        if since.elapsed() >= PERIOD {
+            let memory = pac::USB_DPRAM;
+            for control in [
+                memory.ep_in_buffer_control(0),
+                memory.ep_out_buffer_control(0),
+            ] {
+                control.modify(|w| w.set_available(0, false));
+            }
+            log!("usb: endpoint 0 freed");
+        }
     }
 }
 

@@ -186,7 +186,8 @@ fn a_host_that_sleeps_finds_the_port_open() {
 
 /// embassy-rp 0.10 waits for the end of a request that a bus reset has ended, and does not look at the
 /// bus meanwhile: a cable pulled within some of these moments leaves the firmware deaf until it is
-/// reset. What is promised is that the host says so and that a reset helps.
+/// reset. The firmware helps it out of nearly all of them (`EndpointZero`); of the rest it is promised
+/// that the host says so and that a reset helps.
 #[test]
 fn a_cable_pulled_during_enumeration_is_got_over_at_the_next_reset_at_the_latest() {
     let mut port = Port::unplugged();
@@ -224,4 +225,5 @@ fn a_cable_pulled_during_enumeration_is_got_over_at_the_next_reset_at_the_latest
     }
     println!("pulled at {points} moments; deaf until reset after {deaf} of them");
     assert!(points > 40, "the requests take some milliseconds");
+    assert!(deaf <= 2, "deaf after {deaf} of {points}");
 }
