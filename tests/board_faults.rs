@@ -430,6 +430,18 @@ fn truncated_frames_are_dropped_and_the_next_is_heard() {
     assert!(bench.count(Fault::BadFrame) > 0);
 }
 
+#[test]
+fn truncated_frames_from_the_rover_are_dropped_and_counted_by_the_host() {
+    let mut bench = Bench::driving(Mode::Run, &[]);
+    bench.fault("0+20:usb-truncated-out");
+    bench.wait(ms(20_500));
+    let counters = bench.client.counters();
+    assert!(counters.damaged > 0 && counters.lost > 0, "{counters:?}");
+    assert!(counters.received > 5, "{counters:?}");
+    bench.done(Command::Disarm);
+    bench.disarmed();
+}
+
 // Telemetry queue full: dropped and counted; control never waits.
 
 #[test]
