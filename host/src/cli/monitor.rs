@@ -24,7 +24,7 @@ const TYPED_AHEAD: usize = 16;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Show this log, or all files of a recording in order, instead of a rover
-    #[arg(value_name = "FILE.mcap", conflicts_with = "port")]
+    #[arg(value_name = "FILE.mcap", conflicts_with_all = ["port", "emulate"])]
     files: Vec<PathBuf>,
     #[command(flatten)]
     port: PortArguments,

@@ -60,12 +60,14 @@ fn compass(panel: &mut Panel<'_>, dashboard: &Dashboard) {
         panel.text(HEALTH, 5, words::compass_health(health), style);
     }
     let sensed = dashboard.action.map(|action| action.step.sensed);
-    let angle = match sensed {
-        None => String::new(),
-        Some(None) => "not sensed".into(),
-        Some(Some(sensed)) => words::turn(sensed.target_angle),
+    let heading = dashboard.readings.and_then(|readings| readings.heading);
+    let angle = match (dashboard.direction, heading, sensed) {
+        // Where a direction is followed, the angle is known at every moment.
+        (Some(direction), Some(heading), _) => words::turn(direction.turn_from(heading)),
+        (_, _, None) => String::new(),
+        (_, _, Some(None)) => "not sensed".into(),
+        (_, _, Some(Some(sensed))) => words::turn(sensed.target_angle),
     };
-    // As it was when the latest action began.
     panel.text(
         0,
         6,
