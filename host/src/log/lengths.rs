@@ -13,13 +13,13 @@ enum Part {
     Fixed(usize),
     /// A length of 32 bits, and so many bytes.
     Counted,
-    /// A length of 32 bits, and so many bytes of counted strings.
-    Strings,
+    /// A length of 32 bits, and so many bytes of counted strings, two and two.
+    Pairs,
     /// A length of 64 bits, and so many bytes of records.
     Records,
 }
 
-use Part::{Counted, Fixed, Records, Strings};
+use Part::{Counted, Fixed, Pairs, Records};
 
 const CHUNK: u8 = 0x06;
 
@@ -31,7 +31,7 @@ const fn parts(kind: u8) -> &'static [Part] {
         // Schema: number; name, encoding, data.
         0x03 => &[Fixed(2), Counted, Counted, Counted],
         // Channel: numbers; topic, encoding, metadata.
-        0x04 => &[Fixed(4), Counted, Counted, Strings],
+        0x04 => &[Fixed(4), Counted, Counted, Pairs],
         // Chunk: times, size, checksum; compression, records.
         CHUNK => &[Fixed(28), Counted, Records],
         // Message index: channel; times and places.
@@ -46,7 +46,7 @@ const fn parts(kind: u8) -> &'static [Part] {
         // Statistics: seven counts and two times; messages of each channel.
         0x0B => &[Fixed(42), Counted],
         // Metadata: name, pairs.
-        0x0C => &[Counted, Strings],
+        0x0C => &[Counted, Pairs],
         // Metadata index: place, length; name.
         0x0D => &[Fixed(16), Counted],
         _ => &[],
@@ -92,8 +92,8 @@ fn fits(parts: &[Part], mut content: &[u8]) -> bool {
         let rest = match part {
             Fixed(length) => content.get(*length..),
             Counted => split_counted(content).map(|(_, rest)| rest),
-            Strings => split_counted(content)
-                .filter(|(strings, _)| are_counted(strings))
+            Pairs => split_counted(content)
+                .filter(|(strings, _)| are_pairs(strings))
                 .map(|(_, rest)| rest),
             Records => split_counted_64(content)
                 .filter(|(records, _)| are_whole(records))
@@ -104,9 +104,10 @@ fn fits(parts: &[Part], mut content: &[u8]) -> bool {
     })
 }
 
-fn are_counted(mut strings: &[u8]) -> bool {
+/// Whether every key has its value: one that is missing would be looked for beyond the list.
+fn are_pairs(mut strings: &[u8]) -> bool {
     while !strings.is_empty() {
-        match split_counted(strings) {
+        match split_counted(strings).and_then(|(_, value)| split_counted(value)) {
             Some((_, rest)) => strings = rest,
             None => return false,
         }
@@ -157,14 +158,17 @@ mod tests {
             let length = (strings.len() as u32).to_le_bytes();
             record(0x0C, &[TEXT, &length, strings].concat())
         };
-        assert_eq!(first_impossible(&file(&[list(TEXT)])), None);
-        assert_eq!(first_impossible(&file(&[list(HUGE)])), Some(MAGIC.len()));
+        let (pair, huge) = ([TEXT, TEXT].concat(), [TEXT, HUGE].concat());
+        assert_eq!(first_impossible(&file(&[list(&pair)])), None);
+        assert_eq!(first_impossible(&file(&[list(&huge)])), Some(MAGIC.len()));
+        // A key without its value.
+        assert_eq!(first_impossible(&file(&[list(TEXT)])), Some(MAGIC.len()));
         let chunk = |records: &[u8]| {
             let length = (records.len() as u64).to_le_bytes();
             record(0x06, &[&[0; 28][..], &[0; 4], &length, records].concat())
         };
-        assert_eq!(first_impossible(&file(&[chunk(&list(TEXT))])), None);
-        let bad = file(&[chunk(&list(HUGE))]);
+        assert_eq!(first_impossible(&file(&[chunk(&list(&pair))])), None);
+        let bad = file(&[chunk(&list(&huge))]);
         assert_eq!(first_impossible(&bad), Some(MAGIC.len()));
     }
 
