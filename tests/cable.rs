@@ -486,7 +486,7 @@ fn a_killed_recorder_leaves_what_it_wrote() {
 #[test]
 fn a_busy_port_is_told() {
     let cable = Cable::new(1, 1);
-    let port = SerialPort::at(&cable.path("port")).unwrap();
+    let port = SerialPort::named(&cable.path("port")).unwrap();
     let client = Client::open(Box::new(port)).unwrap();
     cable.fails(&["status"], 1, "another program uses it");
     drop(client);
@@ -497,7 +497,7 @@ fn a_busy_port_is_told() {
 /// power too.
 fn unplug(cycles: u64) {
     let cable = Cable::new(6, 20);
-    let port = SerialPort::at(&cable.path("port")).unwrap();
+    let port = SerialPort::named(&cable.path("port")).unwrap();
     let client = Client::open(Box::new(port)).unwrap();
     let path = PathBuf::from(cable.path("drive.mcap"));
     let log = RecordingWriter::create(&path, None, "test", client.epoch()).unwrap();

@@ -5,43 +5,31 @@
 //! the RP2040 the program cannot see the cable being pulled (the bus's voltage is not wired to the
 //! controller), a write would wait for ever.
 //!
-//! embassy-rp's driver can be left deaf by a bus reset, which [`EndpointZero`] mends. Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
-//! around by the driver. If it strikes, every write runs into its time-out, reports are dropped and
-//! counted, and a rover driven by the host stops for want of heartbeats; a reset frees it.
+//! Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
+//! around by embassy-rp's driver. If it strikes, every write runs into its time-out, reports are
+//! dropped and counted, and a rover driven by the host stops for want of heartbeats; a reset frees it.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_futures::join::join3;
+use embassy_futures::join::join4;
 use embassy_futures::select::{Either3, select3};
-use embassy_rp::peripherals::USB;
-use embassy_rp::usb::{Driver, InterruptHandler};
-use embassy_rp::{Peri, bind_interrupts, pac};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
-use embassy_time::{Duration, Instant, Timer, with_timeout};
-use embassy_usb::class::cdc_acm::{CdcAcmClass, Receiver, Sender, State};
-use embassy_usb::{Builder, Config, UsbDevice};
+use embassy_time::{Duration, Timer, with_timeout};
+use embassy_usb::class::cdc_acm::{Receiver, Sender};
 use heapless::String;
 use rover_shared::rover::Rover;
 use rover_shared::supervisor::{Input, Loop};
 use rover_shared::wire::frame::{Decoder, Encoder, Frame, FrameError, MAX_FRAME};
 use rover_shared::wire::message::{Ack, Command, Report, TEXT_BYTES};
-use rover_shared::wire::usb;
-use static_cell::StaticCell;
 
 use crate::guard::Watch;
-use crate::{guard, sense};
+use crate::usb::{PACKET, Usb};
+use crate::{guard, sense, usb};
 
-bind_interrupts!(struct Irqs {
-    USBCTRL_IRQ => InterruptHandler<USB>;
-});
-
-type Usb = Driver<'static, USB>;
 type Text = String<TEXT_BYTES>;
 
-/// Size of a bulk packet at full speed.
-const PACKET: u16 = 64;
 /// How often the port is looked at while nothing is to be sent.
 const PERIOD: Duration = Duration::from_millis(40);
 /// How long a packet may wait for the host. A listening host fetches it within 1 ms.
@@ -97,47 +85,20 @@ pub fn tell_drops() {
 /// Talks to the host for ever. `last_words`: what the run before this one ended with.
 #[embassy_executor::task]
 pub async fn link(
-    usb: Peri<'static, USB>,
+    usb: (usb::Device, usb::Port),
     rover: &'static RefCell<Rover<'static>>,
     last_words: Option<Text>,
 ) -> ! {
-    let (mut device, sender, receiver) = device(usb);
-    join3(
+    let (mut device, port) = usb;
+    let (sender, receiver) = port.split();
+    join4(
         device.run(),
+        usb::free_endpoint_zero(),
         transmit(sender, rover, last_words),
         receive(receiver, rover),
     )
     .await
     .0
-}
-
-fn device(
-    usb: Peri<'static, USB>,
-) -> (
-    UsbDevice<'static, Usb>,
-    Sender<'static, Usb>,
-    Receiver<'static, Usb>,
-) {
-    static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
-    static BOS: StaticCell<[u8; 16]> = StaticCell::new();
-    static CONTROL: StaticCell<[u8; 64]> = StaticCell::new();
-    static STATE: StaticCell<State> = StaticCell::new();
-    let mut config = Config::new(usb::VENDOR, usb::PRODUCT);
-    config.manufacturer = Some(usb::MANUFACTURER_NAME);
-    config.product = Some(usb::PRODUCT_NAME);
-    // The most a host may grant; the board itself takes some 40 mA, the motors have their own supply.
-    config.max_power = 500;
-    let mut builder = Builder::new(
-        Driver::new(usb, Irqs),
-        config,
-        CONFIGURATION.init([0; 128]),
-        BOS.init([0; 16]),
-        &mut [],
-        CONTROL.init([0; 64]),
-    );
-    let class = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET);
-    let (sender, receiver) = class.split();
-    (builder.build(), sender, receiver)
 }
 
 /// Sends answers and telemetry while the port is open.
@@ -146,11 +107,9 @@ async fn transmit(
     rover: &'static RefCell<Rover<'static>>,
     last_words: Option<Text>,
 ) -> ! {
-    let mut endpoint_zero = EndpointZero::new();
     loop {
         while !sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
-            endpoint_zero.look();
             discard();
             Timer::after(PERIOD).await;
         }
@@ -169,7 +128,6 @@ async fn transmit(
         }
         while sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
-            endpoint_zero.look();
             match select3(ANSWERS.receive(), TELEMETRY.receive(), Timer::after(PERIOD)).await {
                 Either3::First(report) | Either3::Second(report) => {
                     outbox.send(&mut sender, &report).await
@@ -179,43 +137,6 @@ async fn transmit(
         }
         rover.borrow_mut().closed();
         log!("port closed");
-    }
-}
-
-/// Frees the control endpoint when a bus reset has come in the middle of a request.
-///
-/// embassy-rp 0.10 waits for the request's packet to be taken, looks at nothing else meanwhile, and so
-/// misses the reset (or the pulled cable, which ends in one): the packet is never taken. The board
-/// would stay deaf to USB until it is reset. Taking the packet back lets the driver go on.
-struct EndpointZero {
-    /// Since when a bus reset has been waiting to be noticed.
-    waiting: Option<Instant>,
-}
-
-impl EndpointZero {
-    const fn new() -> Self {
-        Self { waiting: None }
-    }
-
-    /// To be called every [`PERIOD`] or more often, by a part of what the driver runs in: all of
-    /// that is polled when this is.
-    fn look(&mut self) {
-        if !pac::USB.sie_status().read().bus_reset() {
-            self.waiting = None;
-            return;
-        }
-        // The driver clears it within a turn of the executor, unless it is stuck.
-        let since = *self.waiting.get_or_insert_with(Instant::now);
-        if since.elapsed() >= PERIOD {
-            let memory = pac::USB_DPRAM;
-            for control in [
-                memory.ep_in_buffer_control(0),
-                memory.ep_out_buffer_control(0),
-            ] {
-                control.modify(|w| w.set_available(0, false));
-            }
-            log!("usb: endpoint 0 freed");
-        }
     }
 }
 

@@ -38,6 +38,7 @@ mod guard;
 mod link;
 mod sense;
 mod store;
+mod usb;
 
 use core::cell::RefCell;
 
@@ -87,6 +88,7 @@ async fn main(spawner: Spawner) {
     watchdog.start(START_UP);
 
     let mut store = Store::new(board.flash);
+    let flash = store.unique_id();
     let rover = rover();
     store.load(&mut rover.borrow_mut());
     guard::start(reset, watchdog);
@@ -102,7 +104,7 @@ async fn main(spawner: Spawner) {
     if let Ok(task) = drive::drive(board.motors) {
         spawner.spawn(task);
     }
-    if let Ok(task) = link::link(board.usb, rover, last_words) {
+    if let Ok(task) = link::link(usb::device(board.usb, flash), rover, last_words) {
         spawner.spawn(task);
     }
     if let Ok(task) = store::store(store, rover) {

@@ -15,6 +15,7 @@ use rover_shared::calibration;
 use rover_shared::rover::{MOST_BYTES, Rover, Save};
 use rover_shared::storage::{Content, Flash, PAGE, Progress, SECTOR, Slots, WriteError};
 use rover_shared::supervisor::{Input, Loop};
+use rover_shared::wire::usb::SERIAL_DIGITS;
 
 use crate::board::FLASH_SIZE;
 use crate::guard::Watch;
@@ -63,6 +64,14 @@ impl Store {
             calibrations: Slots::new(start, CALIBRATION_SECTORS),
             knowledge: Slots::new(second, KNOWLEDGE_SECTORS),
         }
+    }
+
+    /// The number that the flash's maker has given it. To be asked for before anything runs: the
+    /// flash is not to be read meanwhile, so the program stands still as it does for a write.
+    pub fn unique_id(&mut self) -> Option<[u8; SERIAL_DIGITS / 2]> {
+        let mut number = [0; SERIAL_DIGITS / 2];
+        self.nor.0.blocking_unique_id(&mut number).ok()?;
+        Some(number)
     }
 
     /// Hands the rover what was kept.

@@ -119,6 +119,12 @@ fn it_describes_itself_as_a_rover() {
     assert_eq!(name, Some(usb::PRODUCT_NAME));
     let maker = description.manufacturer_name.as_deref();
     assert_eq!(maker, Some(usb::MANUFACTURER_NAME));
+    // The board's flash has the machine's seed for a number.
+    let number = description.serial_number.as_deref();
+    assert_eq!(
+        number,
+        Some(usb::serial_number(1_u64.to_be_bytes()).as_str())
+    );
     let counters = port.machine.usb().counters();
     assert_eq!((counters.connections, counters.failed_attempts), (1, 0));
     assert_eq!((counters.stalls, counters.repeated), (0, 0));
@@ -185,11 +191,10 @@ fn a_host_that_sleeps_finds_the_port_open() {
 }
 
 /// embassy-rp 0.10 waits for the end of a request that a bus reset has ended, and does not look at the
-/// bus meanwhile: a cable pulled within some of these moments leaves the firmware deaf until it is
-/// reset. The firmware helps it out of nearly all of them (`EndpointZero`); of the rest it is promised
-/// that the host says so and that a reset helps.
+/// bus meanwhile: without help (`free_endpoint_zero`) a cable pulled within some of these moments would
+/// leave the firmware deaf until it is reset.
 #[test]
-fn a_cable_pulled_during_enumeration_is_got_over_at_the_next_reset_at_the_latest() {
+fn a_cable_may_be_pulled_at_any_moment_of_the_enumeration() {
     let mut port = Port::unplugged();
     port.plug();
     while port.state() == State::NoDevice {
@@ -198,32 +203,29 @@ fn a_cable_pulled_during_enumeration_is_got_over_at_the_next_reset_at_the_latest
     // Debouncing, reset and recovery; then the requests.
     port.run(158);
     let start = port.machine.now();
-    let (mut points, mut deaf) = (0, 0);
+    let mut points = 0;
     while port.state() != CLOSED {
         port.machine.run_until(start + points * MS / 20);
         points += 1;
-        let mut pulled = port.clone();
-        pulled.unplug();
-        pulled.run(5);
-        pulled.plug();
-        // Three attempts at 5 s a request.
-        for _ in 0..200 {
-            pulled.run(100);
-            if pulled.state() != State::Enumerating {
-                break;
-            }
+        // Plugged in again before the firmware can have noticed, and after.
+        for pause in [5, 300] {
+            let mut pulled = port.clone();
+            pulled.unplug();
+            pulled.run(pause);
+            pulled.plug();
+            // Not a request waits for its limit of 5 s.
+            pulled.run(400);
+            let moment = format!("pulled {points} x 50 us after, for {pause} ms");
+            assert_eq!(pulled.state(), CLOSED, "{moment}");
+            assert_eq!(
+                pulled.machine.usb().counters().failed_attempts,
+                0,
+                "{moment}"
+            );
+            pulled.set_dtr(true);
+            pulled.hello();
         }
-        if pulled.state() != CLOSED {
-            assert!(matches!(pulled.state(), State::Failed(_)));
-            deaf += 1;
-            pulled.machine.pulse_run_pin();
-            pulled.run(1_000);
-        }
-        assert_eq!(pulled.state(), CLOSED, "pulled {points} x 50 us after");
-        pulled.set_dtr(true);
-        pulled.hello();
     }
-    println!("pulled at {points} moments; deaf until reset after {deaf} of them");
+    println!("pulled at {points} moments");
     assert!(points > 40, "the requests take some milliseconds");
-    assert!(deaf <= 2, "deaf after {deaf} of {points}");
 }

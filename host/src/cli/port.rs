@@ -16,8 +16,9 @@ const SETTLING: Duration = Duration::from_millis(1_000);
 
 #[derive(Debug, clap::Args)]
 pub struct PortArguments {
-    /// The rover's port, if it is not to be found by itself: any serial port or pseudo-terminal
-    #[arg(long, value_name = "PATH")]
+    /// Which rover, if it is not to be found by itself: its serial number, or any serial port or
+    /// pseudo-terminal
+    #[arg(long, value_name = "PATH|NUMBER")]
     port: Option<String>,
     /// Use an emulated board in an arena, which lives as long as this command [default: rover-5m]
     #[arg(long, value_name = "ARENA", conflicts_with = "port", num_args = 0..=1,
@@ -32,7 +33,7 @@ impl PortArguments {
             return emulated(arena);
         }
         Ok(Box::new(match &self.port {
-            Some(path) => SerialPort::at(path)?,
+            Some(name) => SerialPort::named(name)?,
             None => SerialPort::of_only_rover()?,
         }))
     }

@@ -70,8 +70,12 @@ fn only(mut found: Vec<Found>) -> Result<Found, PortError> {
         0 => Err(PortError::NoRover),
         1 => Ok(found.swap_remove(0)),
         _ => {
-            let paths: Vec<_> = found.into_iter().map(|port| port.path).collect();
-            Err(PortError::Several(paths.join(", ")))
+            let named = |port: &Found| match port.serial_number() {
+                Some(number) => format!("{} with number {number}", port.path),
+                None => port.path.clone(),
+            };
+            let rovers: Vec<_> = found.iter().map(named).collect();
+            Err(PortError::Several(rovers.join(", ")))
         }
     }
 }
@@ -173,6 +177,9 @@ mod tests {
         assert_eq!(only(vec![one()]), Ok(one()));
         let two = Found::from(usb("/dev/b", usb::PRODUCT, usb::PRODUCT_NAME));
         let several = only(vec![one(), two]).unwrap_err().to_string();
-        assert!(several.contains("/dev/a, /dev/b"), "{several}");
+        assert!(
+            several.contains("/dev/a with number serial of /dev/a, /dev/b with"),
+            "{several}"
+        );
     }
 }

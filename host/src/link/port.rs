@@ -56,7 +56,7 @@ pub enum PortError {
     #[error("the rover with serial number {0} is not connected: plug it in")]
     Away(String),
     /// More than one rover is connected.
-    #[error("several rovers found ({0}): choose one with --port PATH")]
+    #[error("several rovers found ({0}): choose one with --port and its path or serial number")]
     Several(String),
     /// The ports cannot be listed.
     #[error("serial ports cannot be listed ({0}): name the rover's port with --port PATH")]

@@ -6,7 +6,7 @@ use std::time;
 use rover_shared::time::{Duration, Instant};
 use serialport::SerialPort as Device;
 
-use super::discovery::{Found, only_rover, rover_with};
+use super::discovery::{Found, only_rover, ports, rover_with};
 use super::{Port, PortError};
 
 /// USB knows no baud rate; a real UART would need this one.
@@ -33,12 +33,15 @@ enum Place {
 }
 
 impl SerialPort {
-    /// Opens the port at `path`, whatever it is.
+    /// Opens the port with this path, whatever it is, or that of the rover with this serial number.
+    /// After it was unplugged a rover is found again by its serial number, another port by its path.
     ///
     /// # Errors
     /// It cannot be opened.
-    pub fn at(path: &str) -> Result<Self, PortError> {
-        Self::open(Place::Path(path.into()))
+    pub fn named(name: &str) -> Result<Self, PortError> {
+        // A system that lists no ports may still have this one.
+        let found = ports().unwrap_or_default();
+        Self::open(place_named(name, &found))
     }
 
     /// Opens the port of the one rover that is connected; after it was unplugged it is found
@@ -70,6 +73,14 @@ impl SerialPort {
         let path = &self.path;
         let closed = || PortError::Lost(path.clone(), "closed".into());
         self.device.as_mut().ok_or_else(closed)
+    }
+}
+
+fn place_named(name: &str, found: &[Found]) -> Place {
+    let called = |port: &&Found| port.path == name || port.serial_number() == Some(name);
+    match found.iter().filter(|port| port.rover).find(called) {
+        Some(rover) => place_of(rover),
+        None => Place::Path(name.into()),
     }
 }
 
@@ -162,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_port_that_cannot_be_opened_says_why() {
-        let error = SerialPort::at("/dev/no-such-port").err();
+        let error = SerialPort::named("/dev/no-such-port").err();
         if cfg!(unix) {
             assert_eq!(error, Some(PortError::Missing("/dev/no-such-port".into())));
         }
@@ -170,7 +181,7 @@ mod tests {
         let path = file.path().display().to_string();
         assert!(
             matches!(
-                SerialPort::at(&path).err(),
+                SerialPort::named(&path).err(),
                 Some(PortError::Open(..) | PortError::Missing(_))
             ),
             "a file is no port"
@@ -205,19 +216,30 @@ mod tests {
 
     #[test]
     fn a_rover_is_found_again_by_its_number_and_another_port_by_its_path() {
-        let mut found = Found {
-            path: "/dev/ttyACM3".into(),
-            rover: true,
-            usb: None,
+        let port = |path: &str, rover, number: &str| Found {
+            path: path.into(),
+            rover,
+            usb: Some(crate::link::discovery::UsbNames {
+                vendor: 1,
+                product: 2,
+                serial_number: Some(number.into()),
+                manufacturer_name: None,
+                product_name: None,
+            }),
         };
-        assert_eq!(place_of(&found), Place::Path("/dev/ttyACM3".into()));
-        found.usb = Some(crate::link::discovery::UsbNames {
-            vendor: 1,
-            product: 2,
-            serial_number: Some("E66".into()),
-            manufacturer_name: None,
-            product_name: None,
-        });
-        assert_eq!(place_of(&found), Place::Rover("E66".into()));
+        let found = [
+            port("/dev/ttyACM3", true, "E66"),
+            port("/dev/ttyACM4", true, "E67"),
+            port("/dev/ttyACM5", false, "E68"),
+            port("/dev/ttyACM6", true, ""),
+        ];
+        let place = |name| place_named(name, &found);
+        let path = |path: &str| Place::Path(path.into());
+        assert_eq!(place("/dev/ttyACM4"), Place::Rover("E67".into()));
+        assert_eq!(place("E67"), Place::Rover("E67".into()));
+        // No rover, one without a number, and one that is not listed.
+        assert_eq!(place("/dev/ttyACM5"), path("/dev/ttyACM5"));
+        assert_eq!(place("/dev/ttyACM6"), path("/dev/ttyACM6"));
+        assert_eq!(place("/dev/pts/1"), path("/dev/pts/1"));
     }
 }
