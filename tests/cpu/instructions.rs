@@ -54,22 +54,10 @@ fn cycles_of_the_technical_reference_manual() {
 struct PortBus([u16; 2]);
 
 impl Bus for PortBus {
-    fn read8(&mut self, _: u32) -> Result<u8, BusFault> {
-        Ok(0)
+    fn read<const N: usize>(&mut self, _: u32) -> Result<[u8; N], BusFault> {
+        Ok([0; N])
     }
-    fn read16(&mut self, _: u32) -> Result<u16, BusFault> {
-        Ok(0)
-    }
-    fn read32(&mut self, _: u32) -> Result<u32, BusFault> {
-        Ok(0)
-    }
-    fn write8(&mut self, _: u32, _: u8) -> Result<(), BusFault> {
-        Ok(())
-    }
-    fn write16(&mut self, _: u32, _: u16) -> Result<(), BusFault> {
-        Ok(())
-    }
-    fn write32(&mut self, _: u32, _: u32) -> Result<(), BusFault> {
+    fn write<const N: usize>(&mut self, _: u32, _: [u8; N]) -> Result<(), BusFault> {
         Ok(())
     }
     fn fetch(&mut self, address: u32) -> Result<u16, BusFault> {

@@ -46,10 +46,6 @@ impl Memory {
         std::array::from_fn(|i| self.byte(address + i as u32))
     }
 
-    fn store<const N: usize>(&mut self, address: u32, bytes: [u8; N]) {
-        self.written.extend((address..).zip(bytes));
-    }
-
     /// Words that differ from what they were.
     fn changed(&self) -> BTreeMap<u32, u32> {
         let word = |address| (address, u32::from_le_bytes(self.bytes(address)));
@@ -61,25 +57,11 @@ impl Memory {
 }
 
 impl Bus for Memory {
-    fn read8(&mut self, address: u32) -> Result<u8, BusFault> {
-        Ok(self.byte(address))
+    fn read<const N: usize>(&mut self, address: u32) -> Result<[u8; N], BusFault> {
+        Ok(self.bytes(address))
     }
-    fn read16(&mut self, address: u32) -> Result<u16, BusFault> {
-        Ok(u16::from_le_bytes(self.bytes(address)))
-    }
-    fn read32(&mut self, address: u32) -> Result<u32, BusFault> {
-        Ok(u32::from_le_bytes(self.bytes(address)))
-    }
-    fn write8(&mut self, address: u32, value: u8) -> Result<(), BusFault> {
-        self.store(address, [value]);
-        Ok(())
-    }
-    fn write16(&mut self, address: u32, value: u16) -> Result<(), BusFault> {
-        self.store(address, value.to_le_bytes());
-        Ok(())
-    }
-    fn write32(&mut self, address: u32, value: u32) -> Result<(), BusFault> {
-        self.store(address, value.to_le_bytes());
+    fn write<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> Result<(), BusFault> {
+        self.written.extend((address..).zip(bytes));
         Ok(())
     }
 }

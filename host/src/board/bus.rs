@@ -195,7 +195,9 @@ impl SystemBus {
         }
         Ok(())
     }
+}
 
+impl cpu::Bus for SystemBus {
     #[inline(always)]
     fn read<const N: usize>(&mut self, address: u32) -> Result<[u8; N], BusFault> {
         if let Some(bytes) = self.memory.read_ram(address) {
@@ -214,45 +216,13 @@ impl SystemBus {
             None => self.write_elsewhere(address, bytes),
         }
     }
-}
 
-impl cpu::Bus for SystemBus {
     #[inline(always)]
     fn fetch(&mut self, address: u32) -> Result<u16, BusFault> {
         match self.flash.mapped_bytes(address.wrapping_sub(FLASH)) {
             Some(bytes) => Ok(u16::from_le_bytes(bytes)),
             None => self.read(address).map(u16::from_le_bytes),
         }
-    }
-
-    #[inline(always)]
-    fn read8(&mut self, address: u32) -> Result<u8, BusFault> {
-        self.read(address).map(u8::from_le_bytes)
-    }
-
-    #[inline(always)]
-    fn read16(&mut self, address: u32) -> Result<u16, BusFault> {
-        self.read(address).map(u16::from_le_bytes)
-    }
-
-    #[inline(always)]
-    fn read32(&mut self, address: u32) -> Result<u32, BusFault> {
-        self.read(address).map(u32::from_le_bytes)
-    }
-
-    #[inline(always)]
-    fn write8(&mut self, address: u32, value: u8) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
-    }
-
-    #[inline(always)]
-    fn write16(&mut self, address: u32, value: u16) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
-    }
-
-    #[inline(always)]
-    fn write32(&mut self, address: u32, value: u32) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
     }
 
     #[inline(always)]

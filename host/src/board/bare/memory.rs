@@ -78,23 +78,6 @@ impl Memory {
         memory.get_mut(offset..offset.checked_add(size)?)
     }
 
-    #[inline(always)]
-    fn read<const N: usize>(&self, address: u32) -> Result<[u8; N], BusFault> {
-        let bytes = self.slice(address, N).and_then(|bytes| bytes.first_chunk());
-        bytes.copied().ok_or(BusFault)
-    }
-
-    #[inline(always)]
-    fn write<const N: usize>(&mut self, address: u32, value: [u8; N]) -> Result<(), BusFault> {
-        let offset = address.wrapping_sub(RAM_START) as usize;
-        let end = offset.checked_add(N).ok_or(BusFault)?;
-        self.ram
-            .get_mut(offset..end)
-            .ok_or(BusFault)?
-            .copy_from_slice(&value);
-        Ok(())
-    }
-
     pub(super) fn take_exit(&mut self) -> Option<u32> {
         self.exit.take()
     }
@@ -151,33 +134,20 @@ impl Memory {
 
 impl Bus for Memory {
     #[inline(always)]
-    fn read8(&mut self, address: u32) -> Result<u8, BusFault> {
-        self.read(address).map(u8::from_le_bytes)
+    fn read<const N: usize>(&mut self, address: u32) -> Result<[u8; N], BusFault> {
+        let bytes = self.slice(address, N).and_then(|bytes| bytes.first_chunk());
+        bytes.copied().ok_or(BusFault)
     }
 
     #[inline(always)]
-    fn read16(&mut self, address: u32) -> Result<u16, BusFault> {
-        self.read(address).map(u16::from_le_bytes)
-    }
-
-    #[inline(always)]
-    fn read32(&mut self, address: u32) -> Result<u32, BusFault> {
-        self.read(address).map(u32::from_le_bytes)
-    }
-
-    #[inline(always)]
-    fn write8(&mut self, address: u32, value: u8) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
-    }
-
-    #[inline(always)]
-    fn write16(&mut self, address: u32, value: u16) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
-    }
-
-    #[inline(always)]
-    fn write32(&mut self, address: u32, value: u32) -> Result<(), BusFault> {
-        self.write(address, value.to_le_bytes())
+    fn write<const N: usize>(&mut self, address: u32, value: [u8; N]) -> Result<(), BusFault> {
+        let offset = address.wrapping_sub(RAM_START) as usize;
+        let end = offset.checked_add(N).ok_or(BusFault)?;
+        self.ram
+            .get_mut(offset..end)
+            .ok_or(BusFault)?
+            .copy_from_slice(&value);
+        Ok(())
     }
 
     fn breakpoint(&mut self, comment: u8, registers: &mut Registers) -> bool {

@@ -14,41 +14,53 @@ pub struct BusFault;
 /// All accesses of an instruction are made within one [`Core::step`](super::Core::step). A bus with
 /// wait states counts them here and adds them to the cycles which that step gives.
 pub trait Bus {
-    /// Reads a byte.
+    /// Reads `N` bytes, 1, 2 or 4; `address` is a multiple of `N`.
     ///
     /// # Errors
     /// The access ends in a HardFault.
-    fn read8(&mut self, address: u32) -> Result<u8, BusFault>;
+    fn read<const N: usize>(&mut self, address: u32) -> Result<[u8; N], BusFault>;
 
-    /// Reads a halfword; `address` is even.
+    /// Writes `N` bytes, 1, 2 or 4; `address` is a multiple of `N`.
     ///
     /// # Errors
     /// The access ends in a HardFault.
-    fn read16(&mut self, address: u32) -> Result<u16, BusFault>;
+    fn write<const N: usize>(&mut self, address: u32, bytes: [u8; N]) -> Result<(), BusFault>;
 
-    /// Reads a word; `address` is a multiple of 4.
-    ///
-    /// # Errors
-    /// The access ends in a HardFault.
-    fn read32(&mut self, address: u32) -> Result<u32, BusFault>;
+    /// Reads a byte, as [`read`](Self::read).
+    #[inline(always)]
+    fn read8(&mut self, address: u32) -> Result<u8, BusFault> {
+        self.read(address).map(u8::from_le_bytes)
+    }
 
-    /// Writes a byte.
-    ///
-    /// # Errors
-    /// The access ends in a HardFault.
-    fn write8(&mut self, address: u32, value: u8) -> Result<(), BusFault>;
+    /// Reads a halfword, as [`read`](Self::read).
+    #[inline(always)]
+    fn read16(&mut self, address: u32) -> Result<u16, BusFault> {
+        self.read(address).map(u16::from_le_bytes)
+    }
 
-    /// Writes a halfword; `address` is even.
-    ///
-    /// # Errors
-    /// The access ends in a HardFault.
-    fn write16(&mut self, address: u32, value: u16) -> Result<(), BusFault>;
+    /// Reads a word, as [`read`](Self::read).
+    #[inline(always)]
+    fn read32(&mut self, address: u32) -> Result<u32, BusFault> {
+        self.read(address).map(u32::from_le_bytes)
+    }
 
-    /// Writes a word; `address` is a multiple of 4.
-    ///
-    /// # Errors
-    /// The access ends in a HardFault.
-    fn write32(&mut self, address: u32, value: u32) -> Result<(), BusFault>;
+    /// Writes a byte, as [`write`](Self::write).
+    #[inline(always)]
+    fn write8(&mut self, address: u32, value: u8) -> Result<(), BusFault> {
+        self.write(address, value.to_le_bytes())
+    }
+
+    /// Writes a halfword, as [`write`](Self::write).
+    #[inline(always)]
+    fn write16(&mut self, address: u32, value: u16) -> Result<(), BusFault> {
+        self.write(address, value.to_le_bytes())
+    }
+
+    /// Writes a word, as [`write`](Self::write).
+    #[inline(always)]
+    fn write32(&mut self, address: u32, value: u32) -> Result<(), BusFault> {
+        self.write(address, value.to_le_bytes())
+    }
 
     /// Fetches a halfword of code; `address` is even.
     ///
