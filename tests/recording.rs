@@ -3,11 +3,15 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+#[path = "support/rewrite.rs"]
+mod rewrite;
+
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use proptest::prelude::*;
+use rewrite::rewrite;
 use rover_host::link::loopback::{Loopback, LoopbackPort};
 use rover_host::link::{Client, LinkError};
 use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
@@ -152,10 +156,9 @@ fn a_changed_value_is_named() {
     bench.learn();
     bench.run(MINUTE);
     bench.stop();
-    let (files, folder) = bench.finish();
+    let (files, _folder) = bench.finish();
     let forged = forge(
         &files[0],
-        folder.path(),
         "/action",
         "\"module_um\":70000",
         "\"module_um\":70001",
@@ -168,7 +171,6 @@ fn a_changed_value_is_named() {
     // Nothing follows from the counts of the range sensors: the checksum tells.
     let forged = forge(
         &files[0],
-        folder.path(),
         "/action",
         "\"outcome\":\"Completed\"",
         "\"outcome\":\"Obstacle\"",
@@ -178,7 +180,6 @@ fn a_changed_value_is_named() {
     // A status, which belongs to no session.
     let forged = forge(
         &files[0],
-        folder.path(),
         "/status",
         "\"motors_enabled\":false",
         "\"motors_enabled\":true",
@@ -494,42 +495,15 @@ proptest! {
     }
 }
 
-/// The recording with `from` in a channel's first message that has it replaced by `to`, and the
-/// container's checksums recalculated.
-fn forge(log: &[u8], folder: &Path, topic: &str, from: &str, to: &str) -> Vec<u8> {
-    let path = folder.join("forged");
-    let file = std::fs::File::create(&path).unwrap();
-    let mut out = mcap::WriteOptions::new()
-        .compression(None)
-        .create(file)
-        .unwrap();
-    for record in mcap::read::LinearReader::new(log).unwrap() {
-        match record.unwrap() {
-            mcap::records::Record::Metadata(metadata) => out.write_metadata(&metadata).unwrap(),
-            mcap::records::Record::Attachment { header, data, .. } => out
-                .attach(&mcap::Attachment {
-                    log_time: header.log_time,
-                    create_time: header.create_time,
-                    name: header.name,
-                    media_type: header.media_type,
-                    data,
-                })
-                .unwrap(),
-            _ => {}
-        }
-    }
+/// The recording with `from` in a channel's first message that has it replaced by `to`.
+fn forge(log: &[u8], topic: &str, from: &str, to: &str) -> Vec<u8> {
     let mut forged = false;
-    for message in mcap::MessageStream::new(log).unwrap() {
-        let mut message = message.unwrap();
-        let text = String::from_utf8(message.data.to_vec()).unwrap();
-        if !forged && message.channel.topic == topic && text.contains(from) {
-            message.data = text.replacen(from, to, 1).into_bytes().into();
+    let log = rewrite(log, |of, text| {
+        if !forged && of == topic && text.contains(from) {
+            *text = text.replacen(from, to, 1);
             forged = true;
         }
-        out.write(&message).unwrap();
-    }
+    });
     assert!(forged, "{from} occurs in {topic}");
-    out.finish().unwrap();
-    drop(out);
-    std::fs::read(path).unwrap()
+    log
 }

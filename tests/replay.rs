@@ -2,9 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+#[path = "support/rewrite.rs"]
+mod rewrite;
+
 use std::io::Cursor;
 
 use proptest::prelude::*;
+use rewrite::rewrite;
 use rover_host::arena::{ArenaSource, Layout};
 use rover_host::experiment::{Known, SessionPlan, learn};
 use rover_host::log::{Log, LogWriter, Origin, ReadError};
@@ -38,44 +42,19 @@ fn record(seed: u64, trials: u32, follow_direction: bool) -> Vec<u8> {
     log.finish(&after).unwrap().into_inner()
 }
 
-/// The log with `from` replaced by `to` at its `nth` occurrence, of the same length, and the
-/// checksums of the MCAP container recalculated by writing every message anew.
+/// The log with `from` replaced by `to` at its `nth` occurrence.
 fn forge(log: &[u8], from: &str, to: &str, nth: usize) -> Vec<u8> {
-    let mut out = mcap::WriteOptions::new()
-        .compression(None)
-        .create(Cursor::new(Vec::new()))
-        .unwrap();
-    for record in mcap::read::LinearReader::new(log).unwrap() {
-        match record.unwrap() {
-            mcap::records::Record::Metadata(metadata) => out.write_metadata(&metadata).unwrap(),
-            mcap::records::Record::Attachment { header, data, .. } => out
-                .attach(&mcap::Attachment {
-                    log_time: header.log_time,
-                    create_time: header.create_time,
-                    name: header.name,
-                    media_type: header.media_type,
-                    data,
-                })
-                .unwrap(),
-            _ => {}
-        }
-    }
     let mut seen = 0;
-    for message in mcap::MessageStream::new(log).unwrap() {
-        let mut message = message.unwrap();
-        let text = String::from_utf8(message.data.to_vec()).unwrap();
+    let log = rewrite(log, |_, text| {
         let here = text.matches(from).count();
         if (seen..seen + here).contains(&nth) {
             let (at, _) = text.match_indices(from).nth(nth - seen).unwrap();
-            let forged = format!("{}{to}{}", &text[..at], &text[at + from.len()..]);
-            message.data = forged.into_bytes().into();
+            text.replace_range(at..at + from.len(), to);
         }
         seen += here;
-        out.write(&message).unwrap();
-    }
+    });
     assert!(seen > nth, "{from} occurs {seen} times");
-    out.finish().unwrap();
-    out.into_inner().into_inner()
+    log
 }
 
 fn first_difference(log: &[u8]) -> Option<String> {

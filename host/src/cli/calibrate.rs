@@ -11,7 +11,7 @@ use rover_shared::wire::message::{
 };
 use serde_json::json;
 
-use super::port::PortArguments;
+use super::port::PortAndFormat;
 use super::{Failure, print, print_json, values};
 use crate::link::{Client, compass_health};
 
@@ -33,7 +33,7 @@ enum What {
         #[arg(value_name = "DEG", value_parser = values::compass, allow_hyphen_values = true)]
         points_to: Microdegrees,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Tell the rover how fast it goes
     Speed {
@@ -47,7 +47,7 @@ enum What {
         #[arg(long, default_value_t = Chassis::LYNXMOTION_4WD2.dead_band)]
         dead_band: u16,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Tell the rover what a range sensor's counts mean
     #[command(after_help = "Examples:
@@ -65,17 +65,8 @@ enum What {
               value_parser = values::centimetres)]
         at: Vec<Micrometres>,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
-}
-
-#[derive(Debug, clap::Args)]
-struct Common {
-    #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 /// The range sensors.
@@ -137,7 +128,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-fn compass(points_to: Microdegrees, common: &Common) -> Result<(), Failure> {
+fn compass(points_to: Microdegrees, common: &PortAndFormat) -> Result<(), Failure> {
     let mut client = common.port.connect()?;
     // What the compass says itself, without an offset that it was given before.
     let none = Calibration::Compass {
@@ -170,7 +161,7 @@ fn range(
     channel: Channel,
     points: &[Point],
     at: &[Micrometres],
-    common: &Common,
+    common: &PortAndFormat,
 ) -> Result<(), Failure> {
     let number = if at.is_empty() {
         points.len()
@@ -251,7 +242,7 @@ fn read_counts(client: &mut Client, channel: Channel) -> Result<u16, Failure> {
     Ok(counts[READINGS / 2])
 }
 
-fn tell(common: &Common, calibration: &Calibration, text: &str) -> Result<(), Failure> {
+fn tell(common: &PortAndFormat, calibration: &Calibration, text: &str) -> Result<(), Failure> {
     if common.json {
         return print_json(&json!({ "calibration": calibration }));
     }

@@ -8,7 +8,7 @@ use rover_shared::wire::message::Command;
 use rover_shared::wire::transfer::fingerprint;
 use serde_json::json;
 
-use super::port::PortArguments;
+use super::port::PortAndFormat;
 use super::{Failure, print, print_json};
 use crate::experiment::Known;
 use crate::files::write_whole;
@@ -30,21 +30,21 @@ enum Action {
         /// A file instead of the rover
         file: Option<PathBuf>,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Copy the rover's knowledge into a file
     Pull {
         /// Where to write it
         file: PathBuf,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Give the rover the knowledge of a file; it has to be disarmed
     Push {
         /// What it is to know
         file: PathBuf,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Compare a file with another, or with the rover
     Diff {
@@ -53,27 +53,18 @@ enum Action {
         /// The second [default: the rover]
         second: Option<PathBuf>,
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Have the rover write what it learned to its flash; it does so by itself when disarmed
     Store {
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
     /// Have the rover forget everything; its flash keeps the old until something is learned
     New {
         #[command(flatten)]
-        common: Common,
+        common: PortAndFormat,
     },
-}
-
-#[derive(Debug, clap::Args)]
-struct Common {
-    #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -119,7 +110,7 @@ fn read(file: &Path) -> Result<Held, Failure> {
     })
 }
 
-fn of_rover(common: &Common) -> Result<Held, Failure> {
+fn of_rover(common: &PortAndFormat) -> Result<Held, Failure> {
     let bytes = pull_with_progress(&mut common.port.connect()?)?;
     let (known, parameters) = from_bytes(&bytes).map_err(|error| {
         Failure::Failed(format!("what the rover knows cannot be read: {error}"))
@@ -146,7 +137,7 @@ fn bar() -> ProgressBar {
     ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn show(file: Option<&Path>, common: &Common) -> Result<(), Failure> {
+fn show(file: Option<&Path>, common: &PortAndFormat) -> Result<(), Failure> {
     let held = match file {
         Some(file) => read(file)?,
         None => of_rover(common)?,
@@ -157,7 +148,7 @@ fn show(file: Option<&Path>, common: &Common) -> Result<(), Failure> {
     print(&describe(&held.known, &held.bytes, &held.parameters))
 }
 
-fn pull(file: &Path, common: &Common) -> Result<(), Failure> {
+fn pull(file: &Path, common: &PortAndFormat) -> Result<(), Failure> {
     let held = of_rover(common)?;
     write_whole(file, &held.bytes)?;
     let print_of = fingerprint(&held.bytes);
@@ -174,7 +165,7 @@ fn pull(file: &Path, common: &Common) -> Result<(), Failure> {
     ))
 }
 
-fn push(file: &Path, common: &Common) -> Result<(), Failure> {
+fn push(file: &Path, common: &PortAndFormat) -> Result<(), Failure> {
     // A file that is no knowledge is found out before the rover is troubled.
     let held = read(file)?;
     let mut client = common.port.connect()?;
@@ -197,7 +188,7 @@ fn push(file: &Path, common: &Common) -> Result<(), Failure> {
     ))
 }
 
-fn diff(first: &Path, second: Option<&Path>, common: &Common) -> Result<(), Failure> {
+fn diff(first: &Path, second: Option<&Path>, common: &PortAndFormat) -> Result<(), Failure> {
     let first = read(first)?;
     let second = match second {
         Some(file) => read(file)?,
@@ -211,7 +202,7 @@ fn diff(first: &Path, second: Option<&Path>, common: &Common) -> Result<(), Fail
     print(&difference.to_string())
 }
 
-fn order(common: &Common, command: &Command, done: &str) -> Result<(), Failure> {
+fn order(common: &PortAndFormat, command: &Command, done: &str) -> Result<(), Failure> {
     common.port.connect()?.ask(command)?;
     if common.json {
         return print_json(&json!({ "done": true }));

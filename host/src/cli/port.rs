@@ -26,6 +26,16 @@ pub struct PortArguments {
     emulate: Option<String>,
 }
 
+/// Which rover, and how to print what it says: what the subcommands of one command share.
+#[derive(Debug, clap::Args)]
+pub struct PortAndFormat {
+    #[command(flatten)]
+    pub port: PortArguments,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
 impl PortArguments {
     /// The port, opened.
     pub fn open(&self) -> Result<Box<dyn Port>, Failure> {
