@@ -14,6 +14,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_futures::join::join4;
 use embassy_futures::select::{Either3, select3};
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Timer, with_timeout};
@@ -204,6 +205,8 @@ async fn receive(
             if bad > 0 {
                 guard::tell(Input::BadFrames(bad));
             }
+            // A host that sends without pause must not keep the other tasks waiting.
+            yield_now().await;
         }
     }
 }

@@ -174,6 +174,31 @@ fn a_host_that_reads_nothing_costs_reports_and_nothing_else() {
 }
 
 #[test]
+fn a_host_that_sends_without_pause_keeps_nobody_else_waiting() {
+    let (mut port, _) = Port::open();
+    let before = port.status().counters;
+    let garbage = [0x55; 512];
+    for _ in 0..1_000 {
+        let now = port.machine.now();
+        port.machine.usb_mut().send(&garbage, now);
+        port.run(1);
+    }
+    // What was garbage ends here.
+    let now = port.machine.now();
+    port.machine.usb_mut().send(&[0], now);
+    port.run(50);
+    let after = port.status().counters;
+    assert!(after.of(Fault::BadFrame) > before.of(Fault::BadFrame));
+    for fault in [Fault::ControlSilent, Fault::LateStep] {
+        assert_eq!(after.of(fault), 0, "{fault:?}");
+    }
+    assert_eq!(port.machine.incidents().count(), 0, "no reset");
+    let sent = port.machine.usb().counters().bytes_out;
+    println!("{sent} bytes in a second");
+    assert!(sent > 300_000, "as fast as the bus carries it: {sent}");
+}
+
+#[test]
 fn a_host_that_sleeps_finds_the_port_open() {
     let (mut port, _) = Port::open();
     port.run(100);

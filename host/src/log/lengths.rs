@@ -15,11 +15,13 @@ enum Part {
     Counted,
     /// A length of 32 bits, and so many bytes of counted strings, two and two.
     Pairs,
+    /// A length of 32 bits, and so many bytes of items that have this many each.
+    Items(usize),
     /// A length of 64 bits, and so many bytes of records.
     Records,
 }
 
-use Part::{Counted, Fixed, Pairs, Records};
+use Part::{Counted, Fixed, Items, Pairs, Records};
 
 const CHUNK: u8 = 0x06;
 
@@ -35,16 +37,16 @@ const fn parts(kind: u8) -> &'static [Part] {
         // Chunk: times, size, checksum; compression, records.
         CHUNK => &[Fixed(28), Counted, Records],
         // Message index: channel; times and places.
-        0x07 => &[Fixed(2), Counted],
-        // Chunk index: times, place, length; places of indexes; their length; compression.
-        0x08 => &[Fixed(32), Counted, Fixed(8), Counted],
+        0x07 => &[Fixed(2), Items(8 + 8)],
+        // Chunk index: times, place, length; channels and places of indexes; their length; compression.
+        0x08 => &[Fixed(32), Items(2 + 8), Fixed(8), Counted],
         // Attachment: times; name, type; the data's length, and a checksum, which may not be missing.
         // (The data is not copied before it is there.)
         0x09 => &[Fixed(16), Counted, Counted, Fixed(8 + 4)],
         // Attachment index: place, length, times, size; name, type.
         0x0A => &[Fixed(40), Counted, Counted],
-        // Statistics: seven counts and two times; messages of each channel.
-        0x0B => &[Fixed(42), Counted],
+        // Statistics: counts and two times; channels and how many messages they have.
+        0x0B => &[Fixed(42), Items(2 + 8)],
         // Metadata: name, pairs.
         0x0C => &[Counted, Pairs],
         // Metadata index: place, length; name.
@@ -94,6 +96,10 @@ fn fits(parts: &[Part], mut content: &[u8]) -> bool {
             Counted => split_counted(content).map(|(_, rest)| rest),
             Pairs => split_counted(content)
                 .filter(|(strings, _)| are_pairs(strings))
+                .map(|(_, rest)| rest),
+            // An item cut short would be completed from what follows, which then is misread.
+            Items(size) => split_counted(content)
+                .filter(|(items, _)| items.len().is_multiple_of(*size))
                 .map(|(_, rest)| rest),
             Records => split_counted_64(content)
                 .filter(|(records, _)| are_whole(records))
@@ -194,6 +200,17 @@ mod tests {
         assert_eq!(first_impossible(&file(&[attachment(&[0; 12])])), None);
         let short = file(&[attachment(&[0; 11])]);
         assert_eq!(first_impossible(&short), Some(MAGIC.len()));
+    }
+
+    #[test]
+    fn lists_of_items_hold_whole_items() {
+        let index = |bytes: u32| {
+            let items = vec![0; bytes as usize];
+            let parts = [&[0; 32][..], &bytes.to_le_bytes(), &items, &[0; 8], TEXT];
+            record(0x08, &parts.concat())
+        };
+        assert_eq!(first_impossible(&file(&[index(0), index(20)])), None);
+        assert_eq!(first_impossible(&file(&[index(6)])), Some(MAGIC.len()));
     }
 
     #[test]
