@@ -6,7 +6,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use enumset::EnumSet;
 use mcap::MAGIC;
 use mcap::read::{ChunkReader, LinearReader, Options};
-use mcap::records::{ChunkHeader, Record};
+use mcap::records::{ChunkHeader, MessageHeader, Record};
 use rover_shared::learning::Mode;
 
 use super::arena::Arena;
@@ -111,76 +111,79 @@ impl Log {
 
     fn read_messages(&mut self, file: &[u8]) -> Result<(), ReadError> {
         let mut chain = Chain::new(&self.origin).map_err(|error| ReadError::Message(0, error))?;
-        let mut topics = Topics::new();
-        for record in LinearReader::new_with_options(file, EnumSet::only(Options::IgnoreEndMagic))?
-        {
-            let at = self.entries.len();
-            match record {
-                Ok(Record::Chunk { header, data }) => {
-                    for record in whole_chunk(header, &data, at)? {
-                        self.take(record, &mut topics, &mut chain)?;
-                    }
-                }
-                Ok(record) => self.take(record, &mut topics, &mut chain)?,
-                Err(error) if is_cut(&error, file) => {
-                    self.cut_off = true;
-                    break;
-                }
-                Err(error) => return Err(ReadError::Damaged(at, error)),
-            }
-        }
-        self.cut_off |= !file.ends_with(MAGIC);
+        self.cut_off = for_each_message(file, |topic, _, data| {
+            self.take(topic, data, &mut chain)?;
+            Ok(self.entries.len())
+        })?;
         Ok(())
     }
 
-    fn take(
-        &mut self,
-        record: Record<'_>,
-        topics: &mut Topics,
-        chain: &mut Chain,
-    ) -> Result<(), ReadError> {
-        let (header, data) = match record {
-            Record::Channel(channel) => {
-                topics.insert(channel.id, channel.topic);
-                return Ok(());
-            }
-            Record::Message { header, data } => (header, data),
-            _ => return Ok(()),
-        };
+    fn take(&mut self, topic: &str, data: &[u8], chain: &mut Chain) -> Result<(), ReadError> {
         let number = self.entries.len() + 1;
         let invalid = |error| ReadError::Message(number, error);
-        let (entry, intact) = match topics.get(&header.channel_id).map(String::as_str) {
-            Some(STEP_TOPIC) => {
-                let (step, intact) = chain.open(&data).map_err(invalid)?;
-                (Entry::Step(Box::new(step)), intact)
+        let intact = match topic {
+            STEP_TOPIC => {
+                let (step, intact) = chain.open(data).map_err(invalid)?;
+                self.entries.push(Entry::Step(Box::new(step)));
+                intact
             }
-            Some(END_TOPIC) => {
-                let (end, intact) = chain.open(&data).map_err(invalid)?;
-                (Entry::End(Box::new(end)), intact)
+            END_TOPIC => {
+                let (end, intact) = chain.open(data).map_err(invalid)?;
+                self.entries.push(Entry::End(Box::new(end)));
+                intact
             }
-            Some(ARENA_TOPIC) => {
-                let (arena, intact) = chain.open(&data).map_err(invalid)?;
+            ARENA_TOPIC => {
+                let (arena, intact) = chain.open(data).map_err(invalid)?;
                 self.arenas.push(arena);
-                if !intact {
-                    self.broken_at.get_or_insert(number);
-                }
-                return Ok(());
+                intact
             }
             _ => return Ok(()),
         };
         if !intact {
             self.broken_at.get_or_insert(number);
         }
-        self.entries.push(entry);
         Ok(())
     }
 }
 
-/// The topics of channels.
-pub(super) type Topics = BTreeMap<u16, String>;
+/// Hands over all messages of a file with their topics, in order, as far as the file reaches.
+/// `take` gives how many were of use so far, for errors to say. True if the file is cut off.
+pub(super) fn for_each_message(
+    file: &[u8],
+    mut take: impl FnMut(&str, MessageHeader, &[u8]) -> Result<usize, ReadError>,
+) -> Result<bool, ReadError> {
+    let mut topics = BTreeMap::new();
+    let mut read = 0;
+    let mut look_at = |record, read: &mut usize| {
+        match record {
+            Record::Channel(channel) => {
+                topics.insert(channel.id, channel.topic);
+            }
+            Record::Message { header, data } => {
+                let topic = topics.get(&header.channel_id).map_or("", String::as_str);
+                *read = take(topic, header, &data)?;
+            }
+            _ => {}
+        }
+        Ok::<_, ReadError>(())
+    };
+    for record in LinearReader::new_with_options(file, EnumSet::only(Options::IgnoreEndMagic))? {
+        match record {
+            Ok(Record::Chunk { header, data }) => {
+                for record in whole_chunk(header, &data, read)? {
+                    look_at(record, &mut read)?;
+                }
+            }
+            Ok(record) => look_at(record, &mut read)?,
+            Err(error) if is_cut(&error, file) => return Ok(true),
+            Err(error) => return Err(ReadError::Damaged(read, error)),
+        }
+    }
+    Ok(!file.ends_with(MAGIC))
+}
 
 /// The records of a chunk whose checksum is right: nothing else is taken apart.
-pub(super) fn whole_chunk(
+fn whole_chunk(
     header: ChunkHeader,
     data: &[u8],
     at: usize,
@@ -248,7 +251,7 @@ fn read_origin(metadata: &BTreeMap<String, String>) -> Result<Origin, ReadError>
 }
 
 /// Whether the file was cut off rather than changed: what was cut off does not end as logs do.
-pub(super) fn is_cut(error: &mcap::McapError, file: &[u8]) -> bool {
+fn is_cut(error: &mcap::McapError, file: &[u8]) -> bool {
     let early = matches!(
         error,
         mcap::McapError::UnexpectedEof

@@ -3,10 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use enumset::EnumSet;
 use mcap::MAGIC;
-use mcap::read::{LinearReader, Options};
-use mcap::records::{MessageHeader, Record};
+use mcap::records::MessageHeader;
 use rover_shared::wire::message::Report;
 use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
@@ -14,7 +12,7 @@ use serde::de::DeserializeOwned;
 
 use super::{Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic};
 use crate::log::message::Chain;
-use crate::log::reader::{Topics, is_cut, read_records, whole_chunk};
+use crate::log::reader::{for_each_message, read_records};
 use crate::log::{FORMAT, ReadError};
 
 /// A recording.
@@ -111,48 +109,27 @@ impl Recording {
     }
 
     fn read_messages(&mut self, file: &[u8], mut chain: Chain) -> Result<Chain, ReadError> {
-        let mut topics = Topics::new();
-        for record in LinearReader::new_with_options(file, EnumSet::only(Options::IgnoreEndMagic))?
-        {
-            let at = self.messages.len();
-            match record {
-                Ok(Record::Chunk { header, data }) => {
-                    for record in whole_chunk(header, &data, at)? {
-                        self.take(record, &mut topics, &mut chain)?;
-                    }
-                }
-                Ok(record) => self.take(record, &mut topics, &mut chain)?,
-                Err(error) if is_cut(&error, file) => break,
-                Err(error) => return Err(ReadError::Damaged(at, error)),
+        self.cut_off = for_each_message(file, |topic, header, data| {
+            if let Some(topic) = Topic::named(topic) {
+                self.take(topic, header, data, &mut chain)?;
             }
-        }
-        self.cut_off = !file.ends_with(MAGIC);
+            Ok(self.messages.len())
+        })?;
         Ok(chain)
     }
 
     fn take(
         &mut self,
-        record: Record<'_>,
-        topics: &mut Topics,
+        topic: Topic,
+        header: MessageHeader,
+        data: &[u8],
         chain: &mut Chain,
     ) -> Result<(), ReadError> {
-        let (header, data) = match record {
-            Record::Channel(channel) => {
-                topics.insert(channel.id, channel.topic);
-                return Ok(());
-            }
-            Record::Message { header, data } => (header, data),
-            _ => return Ok(()),
-        };
-        let topic = topics.get(&header.channel_id).map(String::as_str);
-        let Some(topic) = topic.and_then(Topic::named) else {
-            return Ok(());
-        };
         let mut opening = Opening {
             recording: self,
             chain,
             header,
-            data: &data,
+            data,
         };
         match topic {
             Topic::Hello => opening.report(Report::Hello),
