@@ -231,6 +231,44 @@ fn a_frozen_range_sensor_stops_and_disarms() {
     range_fault("ir-front-left-frozen", ChannelHealth::Frozen);
 }
 
+/// While turning, while advancing, in the pause between two moves: half a second by the clock.
+#[test]
+fn a_range_sensor_that_freezes_at_any_moment_of_the_action_cycle_stops_in_time() {
+    const STEP_MS: u32 = 60;
+    const CHANNELS: [&str; 4] = ["front-left", "front-right", "left", "right"];
+    // Some 1.4 s an action.
+    for (moment, channel) in (0..25).zip(CHANNELS.iter().cycle()) {
+        let mut bench = Bench::driving(Mode::Run, &[]);
+        bench.wait(ms(1_000 + moment * STEP_MS));
+        bench.events();
+        bench.fault(&format!("0:ir-{channel}-frozen"));
+        let last = bench.driven_last(ms(1_500));
+        println!("{} ms: {} ms", moment * STEP_MS, last.0 / 1_000);
+        assert!(last <= ms(500), "{} ms: {last:?}", moment * STEP_MS);
+        bench.wait(ms(1_500));
+        assert_eq!(bench.status().state, State::Faulted(Fault::RangeSensor));
+        let health = |kind: &EventKind| match kind {
+            EventKind::Range { health, .. } => Some(*health),
+            _ => None,
+        };
+        let noticed: Vec<_> = bench.events().iter().filter_map(health).collect();
+        assert_eq!(noticed, [ChannelHealth::Frozen], "{} ms", moment * STEP_MS);
+    }
+}
+
+/// At rest nothing tells it from a still picture: so the first move is short.
+#[test]
+fn a_range_sensor_that_froze_at_rest_stops_the_first_move() {
+    let mut bench = Bench::new(&[]);
+    bench.fault("0:ir-right-frozen");
+    bench.wait(ms(3_000));
+    assert_eq!(bench.status().ranges, [ChannelHealth::Good; 4]);
+    bench.drive(Mode::Run);
+    // 120 ms of driving, a sampling and a control period.
+    bench.stops_within(ms(170), ms(3_000));
+    assert_eq!(bench.status().state, State::Faulted(Fault::RangeSensor));
+}
+
 #[test]
 fn a_noisy_range_sensor_does_no_harm() {
     let mut bench = Bench::driving(Mode::Run, &[]);
