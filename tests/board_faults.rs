@@ -8,13 +8,14 @@ mod bench;
 #[path = "support/thumb.rs"]
 mod thumb;
 
-use bench::{Bench, ms, room};
+use bench::{Bench, FIRMWARE, ms, room};
 use rover_host::board::incident::Kind;
+use rover_shared::action::Action;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, EventKind, Fault, Mode, Outcome, Refusal, Report,
-    ResetReason, State,
+    ChannelHealth, Command, CompassHealth, EventKind, Fault, FaultReport, Mode, Outcome, Refusal,
+    Report, ResetReason, State,
 };
 
 /// Slices that board and test may be apart.
@@ -231,6 +232,44 @@ fn a_frozen_range_sensor_stops_and_disarms() {
     range_fault("ir-front-left-frozen", ChannelHealth::Frozen);
 }
 
+/// While turning, while advancing, in the pause between two moves: half a second by the clock.
+#[test]
+fn a_range_sensor_that_freezes_at_any_moment_of_the_action_cycle_stops_in_time() {
+    const STEP_MS: u32 = 60;
+    const CHANNELS: [&str; 4] = ["front-left", "front-right", "left", "right"];
+    // Some 1.4 s an action.
+    for (moment, channel) in (0..25).zip(CHANNELS.iter().cycle()) {
+        let mut bench = Bench::driving(Mode::Run, &[]);
+        bench.wait(ms(1_000 + moment * STEP_MS));
+        bench.events();
+        bench.fault(&format!("0:ir-{channel}-frozen"));
+        let last = bench.driven_last(ms(1_500));
+        println!("{} ms: {} ms", moment * STEP_MS, last.0 / 1_000);
+        assert!(last <= ms(500), "{} ms: {last:?}", moment * STEP_MS);
+        bench.wait(ms(1_500));
+        assert_eq!(bench.status().state, State::Faulted(Fault::RangeSensor));
+        let health = |kind: &EventKind| match kind {
+            EventKind::Range { health, .. } => Some(*health),
+            _ => None,
+        };
+        let noticed: Vec<_> = bench.events().iter().filter_map(health).collect();
+        assert_eq!(noticed, [ChannelHealth::Frozen], "{} ms", moment * STEP_MS);
+    }
+}
+
+/// At rest nothing tells it from a still picture: so the first move is short.
+#[test]
+fn a_range_sensor_that_froze_at_rest_stops_the_first_move() {
+    let mut bench = Bench::new(&[]);
+    bench.fault("0:ir-right-frozen");
+    bench.wait(ms(3_000));
+    assert_eq!(bench.status().ranges, [ChannelHealth::Good; 4]);
+    bench.drive(Mode::Run);
+    // 120 ms of driving, a sampling and a control period.
+    bench.stops_within(ms(170), ms(3_000));
+    assert_eq!(bench.status().state, State::Faulted(Fault::RangeSensor));
+}
+
 #[test]
 fn a_noisy_range_sensor_does_no_harm() {
     let mut bench = Bench::driving(Mode::Run, &[]);
@@ -440,6 +479,99 @@ fn truncated_frames_from_the_rover_are_dropped_and_counted_by_the_host() {
     assert!(counters.received > 5, "{counters:?}");
     bench.done(Command::Disarm);
     bench.disarmed();
+}
+
+// Lattice unsettled at the step cap: safe action, counted.
+
+/// Where the lattice's coefficients for the modes are in the flash: in front of what says how long
+/// a step is and until when, with 16 64-bit factors between.
+fn mode_coefficients() -> Vec<std::ops::Range<usize>> {
+    const FLASH: u32 = 0x1000_0000;
+    /// Four words for each of 16 modes.
+    const MODES: usize = 16 * 4 * 4;
+    const FACTORS: usize = 16 * 8;
+    let table = FIRMWARE.symbols_with(&["14rover_firmware12COEFFICIENTS"]);
+    let table = table.last().expect("the tables are in the firmware");
+    let flash = Bench::new(&[]).rover.borrow().machine().flash().to_vec();
+    let start = (table.address - FLASH) as usize;
+    let place = |length: u32, until: u32| {
+        let bytes = [length.to_le_bytes(), until.to_le_bytes()].concat();
+        let mut places = (start + MODES + FACTORS..start + table.size as usize)
+            .step_by(4)
+            .filter(|&place| flash[place..].starts_with(&bytes));
+        let (place, None) = (places.next().expect("a schedule"), places.next()) else {
+            panic!("two schedules with steps of {length}");
+        };
+        let modes = place - FACTORS - MODES;
+        modes..modes + MODES
+    };
+    [(2, 64), (4, 192), (8, 768), (16, u32::MAX)]
+        .map(|(length, until)| place(length, until))
+        .to_vec()
+}
+
+/// With coefficients that read as zeros the lattice stays where it started, and never saturates.
+#[test]
+fn a_lattice_that_does_not_settle_keeps_the_rover_where_it_is() {
+    let places = mode_coefficients();
+    let mut bench = Bench::driving(Mode::Learn, &[]);
+    bench.wait(ms(10_000));
+    let before = bench.actions();
+    assert!(before.iter().all(|action| !action.step.unsettled()));
+    assert!(before.len() > 3, "{} actions", before.len());
+    let rover = bench.rover.clone();
+    let swap = |contents: &mut [Vec<u8>]| {
+        for (place, content) in places.iter().zip(contents) {
+            rover.borrow_mut().machine_mut().flash_mut()[place.clone()].swap_with_slice(content);
+        }
+    };
+    let mut contents: Vec<_> = places.iter().map(|place| vec![0; place.len()]).collect();
+    swap(&mut contents);
+    // The action under way, and the first that is not chosen.
+    bench.wait(ms(3_000));
+    let pose = rover.borrow().vehicle().pose();
+    bench
+        .heard
+        .retain(|report| matches!(report, Report::Action(action) if action.step.unsettled()));
+    assert_eq!(bench.driven_last(ms(5_000)), Duration::ZERO);
+    bench.wait(ms(5_000));
+    assert_eq!(rover.borrow().vehicle().pose(), pose);
+    let counted = bench.count(Fault::Unsettled);
+    let told = bench.heard.iter().filter_map(|report| match report {
+        Report::Fault(FaultReport {
+            fault: Fault::Unsettled,
+            count,
+            ..
+        }) => Some(*count),
+        _ => None,
+    });
+    assert_eq!(told.max(), Some(counted));
+    let actions = bench.actions();
+    assert_eq!(counted as usize, actions.len());
+    for (i, action) in actions.iter().enumerate() {
+        assert_eq!(action.step.perceived, None);
+        assert_eq!(action.step.action, Action::STAY);
+        assert_eq!(action.outcome, Outcome::Completed);
+        // What the action before it led to, there was one only at first.
+        assert!(i == 0 || action.step.learned.is_none());
+    }
+    assert_eq!(bench.status().state, State::Driving(Mode::Learn));
+    // The longest perception there can be holds nothing up.
+    for fault in [Fault::ControlSilent, Fault::TaskSilent, Fault::LateStep] {
+        assert_eq!(bench.count(fault), 0, "{fault:?}");
+    }
+    // And the next that settles decides.
+    swap(&mut contents);
+    bench.wait(ms(8_000));
+    let mut after = bench.actions();
+    after.retain(|action| !action.step.unsettled());
+    assert!(after.len() > 3 && after[0].step.learned.is_none());
+    assert!(
+        after[1..]
+            .iter()
+            .any(|action| action.step.learned.is_some())
+    );
+    assert_ne!(rover.borrow().vehicle().pose(), pose);
 }
 
 // Telemetry queue full: dropped and counted; control never waits.

@@ -14,7 +14,8 @@ use rover_host::vehicle::{Schedule, ScheduledFault};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
-    Command, Counters, Event, EventKind, Fault, Mode, Outcome, Refusal, Report, State, Status, Task,
+    ActionRecord, Command, Counters, Event, EventKind, Fault, Mode, Outcome, Refusal, Report,
+    State, Status, Task,
 };
 
 use super::thumb;
@@ -193,14 +194,20 @@ impl Bench {
         heard.into_iter().filter_map(kind).collect()
     }
 
-    /// How the actions heard since the last call ended.
-    pub fn outcomes(&mut self) -> Vec<Outcome> {
+    /// The actions heard since the last call.
+    pub fn actions(&mut self) -> Vec<ActionRecord> {
         let heard = std::mem::take(&mut self.heard);
-        let outcome = |report: Report| match report {
-            Report::Action(action) => Some(action.outcome),
+        let action = |report: Report| match report {
+            Report::Action(action) => Some(action),
             _ => None,
         };
-        heard.into_iter().filter_map(outcome).collect()
+        heard.into_iter().filter_map(action).collect()
+    }
+
+    /// How the actions heard since the last call ended.
+    pub fn outcomes(&mut self) -> Vec<Outcome> {
+        let actions = self.actions().into_iter();
+        actions.map(|action| action.outcome).collect()
     }
 
     /// A move for a host that drives, with heartbeats.

@@ -12,9 +12,12 @@ pub const SHORTED_LIMIT: u16 = 3_970;
 /// How long a rail must last before it is believed: four periods of the sensor, so that one bad
 /// measurement (it happens when the supply dips as the motors start) is no fault.
 pub const RAIL_TIME: Duration = Duration::from_millis(160);
-/// How long not one count may change while moving: ten periods of the sensor. Its noise is
-/// several counts, so even a still picture flickers; only a hung sensor or converter does not.
+/// How long not one count may change: ten periods of the sensor. Its noise is several counts, so
+/// even a still picture flickers; only a hung sensor or converter does not.
 pub const FROZEN_TIME: Duration = Duration::from_millis(400);
+/// For how much of that the wheels must have been driven: three periods of the sensor. A rover at
+/// rest is never told that a sensor hangs, one that begins to move is before it has come far.
+pub const FROZEN_DRIVEN_TIME: Duration = Duration::from_millis(120);
 /// How long samples must look right before a channel is believed again, or at all.
 pub const RECOVERY_TIME: Duration = Duration::from_millis(200);
 /// How long no sample may come: five periods of the sensor.
@@ -27,8 +30,10 @@ pub struct ChannelMonitor {
     last: Option<(Instant, AdcCount)>,
     /// How long the present run of samples at the lower, the upper rail, or at neither lasts.
     run: (Look, Duration),
-    /// How long the wheels were driven since the counts last changed.
+    /// How long the counts have not changed.
     unchanged: Duration,
+    /// How much of that the wheels were driven.
+    driven: Duration,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +61,7 @@ impl ChannelMonitor {
             last: None,
             run: (Look::Plausible, Duration::ZERO),
             unchanged: Duration::ZERO,
+            driven: Duration::ZERO,
         }
     }
 
@@ -82,8 +88,12 @@ impl ChannelMonitor {
         self.run = (look, lasted);
         if changed {
             self.unchanged = Duration::ZERO;
-        } else if moving {
+            self.driven = Duration::ZERO;
+        } else {
             self.unchanged = self.unchanged.plus(elapsed);
+            if moving {
+                self.driven = self.driven.plus(elapsed);
+            }
         }
         self.health = self.judge();
         self.health
@@ -93,7 +103,9 @@ impl ChannelMonitor {
         match self.run {
             (Look::Low, lasted) if lasted >= RAIL_TIME => ChannelHealth::Open,
             (Look::High, lasted) if lasted >= RAIL_TIME => ChannelHealth::Shorted,
-            _ if self.unchanged >= FROZEN_TIME => ChannelHealth::Frozen,
+            _ if self.unchanged >= FROZEN_TIME && self.driven >= FROZEN_DRIVEN_TIME => {
+                ChannelHealth::Frozen
+            }
             (Look::Plausible, lasted) if lasted >= RECOVERY_TIME => ChannelHealth::Good,
             _ => self.health,
         }
@@ -117,6 +129,8 @@ impl Default for ChannelMonitor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::collection::vec;
+    use proptest::prelude::*;
 
     /// One sensor period in milliseconds, rounded.
     const PERIOD: u32 = 40;
@@ -183,8 +197,9 @@ mod tests {
     fn a_still_rover_may_see_a_still_world() {
         let mut bench = Bench::good();
         assert_eq!(bench.feed(1_000, false, |_| 1_234), ChannelHealth::Good);
+        assert_eq!(bench.feed(2, true, |_| 1_234), ChannelHealth::Good);
         assert_eq!(
-            bench.feed(10, true, |_| 1_234),
+            bench.feed(1, true, |_| 1_234),
             ChannelHealth::Frozen,
             "moving it may not"
         );
@@ -193,9 +208,19 @@ mod tests {
     #[test]
     fn driven_time_adds_up_over_moves() {
         let mut bench = Bench::good();
-        bench.feed(5, true, |_| 1_234);
-        bench.feed(50, false, |_| 1_234);
-        assert_eq!(bench.feed(6, true, |_| 1_234), ChannelHealth::Frozen);
+        bench.feed(2, true, |_| 1_234);
+        assert_eq!(bench.feed(50, false, |_| 1_234), ChannelHealth::Good);
+        assert_eq!(bench.feed(2, true, |_| 1_234), ChannelHealth::Frozen);
+    }
+
+    #[test]
+    fn pauses_between_moves_count_too() {
+        let mut bench = Bench::good();
+        bench.feed(3, true, |_| 1_234);
+        bench.feed(4, false, |_| 1_234);
+        assert_eq!(bench.feed(3, true, |_| 1_234), ChannelHealth::Good);
+        // Ten periods since the counts last changed.
+        assert_eq!(bench.feed(1, true, |_| 1_234), ChannelHealth::Frozen);
     }
 
     #[test]
@@ -226,5 +251,54 @@ mod tests {
         assert_eq!(bench.monitor.health(later), ChannelHealth::Silent);
         bench.now = later;
         assert_eq!(bench.feed(1, true, |_| 900), ChannelHealth::Unknown);
+    }
+
+    /// The firmware's period of sampling.
+    const SAMPLING: Duration = Duration::from_millis(20);
+
+    proptest! {
+        /// Whatever moves and pauses are like, and however late the samples: a channel that hangs
+        /// is found within half a second, as soon as the wheels are driven for a while.
+        #[test]
+        fn a_hung_channel_is_found_within_half_a_second(
+            stretches in vec((1usize..50, any::<bool>()), 1..12),
+            lateness in vec(0u64..3_000, 600),
+        ) {
+            let mut bench = Bench::good();
+            let hung = bench.now;
+            let counts = AdcCount::new(1_234).expect("12 bits");
+            let moves = stretches.iter().flat_map(|&(n, moving)| core::iter::repeat_n(moving, n));
+            let mut driven = Duration::ZERO;
+            for ((i, moving), late) in (1..).zip(moves).zip(lateness) {
+                let sampled = hung.after(Duration(SAMPLING.0 * i + late));
+                let elapsed = sampled.since(bench.now);
+                bench.now = sampled;
+                let health = bench.monitor.push(sampled, counts, moving);
+                // The first of the hung samples may differ from the last good one.
+                driven = driven.plus(if moving && i > 1 { elapsed } else { Duration::ZERO });
+                let rested = driven < FROZEN_DRIVEN_TIME;
+                let frozen = health == ChannelHealth::Frozen;
+                prop_assert!(!(frozen && rested));
+                let promised = Duration::from_millis(500).minus(SAMPLING);
+                prop_assert!(frozen || rested || sampled.since(hung) < promised);
+            }
+        }
+
+        /// Noise that moves the counts by one now and then is life, moving or not.
+        #[test]
+        fn a_channel_that_flickers_is_never_frozen(
+            changes in vec(1usize..19, 1..60),
+            moving in vec(any::<bool>(), 60),
+        ) {
+            let mut bench = Bench::good();
+            for (i, (&samples, &moving)) in changes.iter().zip(&moving).enumerate() {
+                let counts = AdcCount::new(1_000 + i as u16 % 2).expect("12 bits");
+                for _ in 0..samples {
+                    bench.now = bench.now.after(SAMPLING);
+                    let health = bench.monitor.push(bench.now, counts, moving);
+                    prop_assert_eq!(health, ChannelHealth::Good);
+                }
+            }
+        }
     }
 }
