@@ -2,11 +2,18 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::LazyLock;
 
+use rover_host::arena::{Motion, Pose};
+use rover_host::figure;
+use rover_host::log::recording::{Recording, What};
+use rover_host::log::{Entry, Log};
+use rover_shared::units::Microdegrees;
+use rover_shared::wire::message::{self, Report};
 use serde_json::Value;
 
 #[path = "support/thumb.rs"]
@@ -80,6 +87,81 @@ fn what_the_board_recorded_replays_bit_by_bit() {
         "--json",
     ]));
     assert_eq!(answer["drive"]["actions"], 5);
+}
+
+#[test]
+fn a_recording_knows_where_the_emulated_rover_was_and_what_it_was_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    emulate(&[
+        "--steps",
+        "260",
+        "--seed",
+        "4",
+        "--log",
+        path.to_str().unwrap(),
+    ]);
+    let file = std::fs::read(path).unwrap();
+    let recorded = Recording::read(&[&file]).unwrap();
+    // Every acknowledgement is one of a command that is there.
+    let mut asked = BTreeMap::new();
+    let mut answered = 0;
+    for message in &recorded.messages {
+        match &message.what {
+            What::Command(sent) => {
+                asked.insert(sent.sequence, sent.command.clone());
+            }
+            What::Report(report) => {
+                if let Report::Ack(ack) = **report {
+                    answered += 1;
+                    assert!(asked.contains_key(&ack.sequence), "{ack:?}");
+                }
+            }
+            _ => {}
+        }
+    }
+    assert!(answered >= asked.len() && answered > 5, "{answered}");
+    assert!(
+        asked
+            .values()
+            .any(|command| *command == message::Command::Arm)
+    );
+
+    let log = Log::read(&file).unwrap();
+    let [arena] = log.arenas.as_slice() else {
+        panic!("{} arenas", log.arenas.len());
+    };
+    let scenario = arena.scenario(None).unwrap();
+    assert_eq!(scenario.world.width_cm(), 500.0);
+    // By the places, a whole move is as long as the rover says it is, and its compass points ahead.
+    let steps = log.entries.iter().map(|entry| match entry {
+        Entry::Step(step) => step,
+        Entry::End(_) => panic!("a rover has no trials"),
+    });
+    let steps: Vec<_> = steps.collect();
+    assert_eq!(steps.len(), 260);
+    let mut whole = 0;
+    for pair in steps.windows(2) {
+        let [from, to] = [pair[0], pair[1]].map(|step| Pose::from(step.pose.unwrap()));
+        let way = (to.position() - from.position()).length();
+        if pair[0].motion == Some(Motion::Moved) && !pair[1].interrupted {
+            whole += 1;
+            assert!((4.0..10.0).contains(&way), "{way} cm");
+        }
+        let back = Microdegrees(-from.heading.0);
+        let off = pair[0].sample.heading.turned(back);
+        assert!(off.0.abs() < 10_000_000, "{off:?}");
+    }
+    assert!(whole > 100, "{whole}");
+
+    // Figures take it in parts: 100 actions, and the last one with the rest that is no half.
+    let parts = figure::Recording::new(&log).unwrap().drives;
+    let lengths: Vec<_> = parts.iter().map(|part| part.events.len()).collect();
+    assert_eq!(lengths, [100, 100, 60]);
+    assert!(parts.iter().all(|part| part.arena_known));
+    let begins: Vec<_> = parts.iter().map(|part| part.first_action).collect();
+    assert_eq!(begins, [0, 100, 200]);
+    assert_eq!(parts[0].end, parts[1].scenario.start.position());
 }
 
 #[test]

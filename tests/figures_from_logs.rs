@@ -270,7 +270,7 @@ fn patterns_are_counted_in_the_last_trials_of_the_log() {
     let mut actions = 0;
     for entry in &logged.log().entries {
         if let Entry::Step(step) = entry
-            && step.trial > 20
+            && step.trial > 30
         {
             *counts
                 .entry(step.record.perceived.unwrap().code)
@@ -318,7 +318,7 @@ fn patterns_grow_as_the_core_lets_them() {
             .unwrap();
         let code = PatternCode(code.parse().unwrap());
         // Some percept of the last trials grows into it, in the time that is shown.
-        let events = recording.drives[20..]
+        let events = recording.drives[30..]
             .iter()
             .flat_map(|drive| &drive.events);
         let grown = events

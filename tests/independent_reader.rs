@@ -4,14 +4,15 @@
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process;
 use std::sync::LazyLock;
 
 use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{Known, SessionPlan, learn};
+use rover_host::experiment::{Known, SessionPlan, Stream, generator, learn};
 use rover_host::knowledge;
-use rover_host::link::{Counters, Received};
-use rover_host::log::recording::{Recording, RecordingWriter, Topic};
+use rover_host::link::{Counters, Received, Sent};
+use rover_host::log::arena::Arena;
+use rover_host::log::recording::{Recording, RecordingWriter, Topic, What};
 use rover_host::log::{LogWriter, Origin};
 use rover_shared::controller::StepRecord;
 use rover_shared::parameters::{Coefficients, Parameters};
@@ -19,8 +20,9 @@ use rover_shared::sensing::Sample;
 use rover_shared::time::Instant;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
-    Ack, ActionRecord, ChannelHealth, CompassHealth, Counters as Faults, Event, EventKind, Fault,
-    FaultReport, Hello, Mode, Outcome, Refusal, Report, ResetReason, State, Status, Task,
+    Ack, ActionRecord, Calibration, ChannelHealth, Chunk, Command, CompassHealth,
+    Counters as Faults, CurvePoint, Event, EventKind, Fault, FaultReport, Hello, Mode, Outcome,
+    Refusal, Report, ResetReason, State, Status, Task,
 };
 use serde_json::Value;
 
@@ -35,7 +37,7 @@ static PYTHON: LazyLock<Option<PathBuf>> = LazyLock::new(|| {
 
 fn python() -> Result<PathBuf, String> {
     let has_packages = |python: &Path| {
-        let check = Command::new(python)
+        let check = process::Command::new(python)
             .args(["-c", "import mcap.reader, jsonschema"])
             .output();
         check.is_ok_and(|output| output.status.success())
@@ -49,15 +51,15 @@ fn python() -> Result<PathBuf, String> {
     if has_packages(&python) {
         return Ok(python);
     }
-    let run = |command: &mut Command, what: &str| match command.output() {
+    let run = |command: &mut process::Command, what: &str| match command.output() {
         Ok(output) if output.status.success() => Ok(()),
         Ok(_) => Err(format!("{what} failed")),
         Err(error) => Err(format!("{what}: {error}")),
     };
-    let mut venv = Command::new("python3");
+    let mut venv = process::Command::new("python3");
     venv.args(["-m", "venv", "--clear"]).arg(&folder);
     run(&mut venv, "`python3 -m venv` (install Python 3 with venv)")?;
-    let mut pip = Command::new(&python);
+    let mut pip = process::Command::new(&python);
     let quick = ["--timeout", "10", "--retries", "1"];
     pip.args(["-m", "pip", "install", "--quiet", "mcap", "jsonschema"]);
     pip.args(quick);
@@ -76,7 +78,11 @@ fn python() -> Result<PathBuf, String> {
 fn read(log: &Path) -> Option<Value> {
     let python = PYTHON.as_ref()?;
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/read_log.py");
-    let output = Command::new(python).arg(script).arg(log).output().unwrap();
+    let output = process::Command::new(python)
+        .arg(script)
+        .arg(log)
+        .output()
+        .unwrap();
     assert!(
         output.status.success(),
         "{}",
@@ -146,16 +152,40 @@ fn a_recording_with_every_kind_of_message_is_read_by_others() {
     let known = Known::new(&coefficients.learning);
     let bytes = knowledge::to_bytes(&known, &Parameters::ROVER);
     log.knowledge(Instant(900_000), &bytes).unwrap();
-    expected.extend([("/gap", 1), ("/knowledge", 1)]);
+    for (sequence, command) in (0..).zip(commands()) {
+        let at = Instant(1_000_000);
+        log.command(&Sent {
+            at,
+            sequence,
+            command,
+        })
+        .unwrap();
+    }
+    let scenario = ArenaSource::load("rover-5m")
+        .unwrap()
+        .scenario(&mut generator(1, Stream::Learning));
+    let time = Instant(2_000_000);
+    log.arena(time, Arena::new(1, &scenario, false)).unwrap();
+    log.truth(time, time, scenario.start).unwrap();
+    expected.extend([("/gap", 1), ("/knowledge", 1), ("/arena", 1), ("/truth", 1)]);
+    expected.insert("/command", commands().len() as u64);
     let written = log.finish(Counters::default()).unwrap();
     // Ours first: what was written is what is read.
     let recording = Recording::read(&[std::fs::read(&path).unwrap()]).unwrap();
-    assert_eq!(recording.messages.len() as u64, written.messages);
+    // The arena is none of the messages.
+    assert_eq!(recording.messages.len() as u64 + 1, written.messages);
+    let arena = recording.arena.as_ref().unwrap();
+    assert_eq!(arena.scenario(None).unwrap().start, scenario.start);
+    let told = recording.messages.iter().filter_map(|m| match &m.what {
+        What::Command(asked) => Some(asked.command.clone()),
+        _ => None,
+    });
+    assert_eq!(told.collect::<Vec<_>>(), commands());
     let heard: Vec<_> = recording
         .messages
         .iter()
         .filter_map(|message| match &message.what {
-            rover_host::log::recording::What::Report(report) => Some((**report).clone()),
+            What::Report(report) => Some((**report).clone()),
             _ => None,
         })
         .collect();
@@ -231,6 +261,59 @@ fn reports() -> Vec<Report> {
         }));
     }
     reports
+}
+
+/// Every kind of command.
+fn commands() -> Vec<Command> {
+    use Calibration::{Compass, Range, Speed};
+    let mut commands = vec![
+        Command::Hello { schema: u32::MAX },
+        Command::Ping,
+        Command::Heartbeat,
+        Command::Arm,
+        Command::Disarm,
+        Command::SetDirection(Microdegrees(-179_999_999)),
+        Command::Drive {
+            turn: Microdegrees(-1),
+            advance: Micrometres(u32::MAX),
+        },
+        Command::SetSeed(u64::MAX),
+        Command::ReadStatus,
+        Command::PullKnowledge { offset: 7 },
+        Command::PushKnowledge(Chunk {
+            total: 3,
+            fingerprint: u32::MAX,
+            offset: 0,
+            data: [0, 127, 255].into_iter().collect(),
+        }),
+        Command::StoreKnowledge,
+        Command::NewKnowledge,
+    ];
+    let modes = [Mode::Idle, Mode::Learn, Mode::Run, Mode::Host];
+    commands.extend(modes.map(Command::SetMode));
+    use Task::{AimAtTarget, FollowChangingDirection, FollowDirection};
+    let tasks = [FollowDirection, FollowChangingDirection, AimAtTarget];
+    commands.extend(tasks.map(Command::SetTask));
+    let point = CurvePoint {
+        counts: 496,
+        distance: Micrometres(800_000),
+    };
+    let calibrations = [
+        Range {
+            channel: 3,
+            points: [point, point].into_iter().collect(),
+        },
+        Compass {
+            offset: Microdegrees(5),
+        },
+        Speed {
+            duty: 450,
+            speed: Micrometres(150_000),
+            dead_band: 180,
+        },
+    ];
+    commands.extend(calibrations.map(Command::Calibrate));
+    commands
 }
 
 fn hellos() -> Vec<Report> {

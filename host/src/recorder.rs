@@ -6,6 +6,7 @@ use rover_shared::wire::message::{Event, EventKind, Mode, Refusal, Report, State
 
 use crate::files::WriteError;
 use crate::link::{Client, LinkError, Received};
+use crate::log::arena::Arena;
 use crate::log::recording::{RecordingWriter, Written};
 
 /// How often the rover's state is asked for, and recorded.
@@ -53,6 +54,10 @@ impl Recorder {
             pull: true,
         };
         recorder.log.hear(&hello)?;
+        if let Some(scenario) = recorder.client.scenario() {
+            let arena = Arena::new(1, &scenario, false);
+            recorder.log.arena(recorder.client.now(), arena)?;
+        }
         recorder.look()?;
         Ok(recorder)
     }
@@ -77,12 +82,32 @@ impl Recorder {
         if self.pull {
             self.pull()?;
         }
-        let Some(received) = self.client.next(patience)? else {
-            return Ok(None);
-        };
-        self.log.hear(&received)?;
+        let next = self.client.next(patience)?;
+        self.write_commands()?;
+        if let Some(received) = &next {
+            self.write(received)?;
+        }
+        Ok(next)
+    }
+
+    /// Writes what was heard, and before it the commands that it may be the answer to, and before an
+    /// action where an emulated rover was.
+    fn write(&mut self, received: &Received) -> Result<(), WriteError> {
+        self.write_commands()?;
+        if let Report::Action(action) = &received.report
+            && let Some(pose) = self.client.pose_at(action.time)
+        {
+            self.log.truth(received.at, action.time, pose)?;
+        }
         self.pull |= ends_drive(&received.report);
-        Ok(Some(received))
+        self.log.hear(received)
+    }
+
+    fn write_commands(&mut self) -> Result<(), WriteError> {
+        while let Some(sent) = self.client.take_sent() {
+            self.log.command(&sent)?;
+        }
+        Ok(())
     }
 
     /// Connects again after the port failed, and notes the gap.
@@ -153,8 +178,7 @@ impl Recorder {
             Ok(bytes) => {
                 // What was said before is written before.
                 while let Some(received) = self.client.next(Duration::ZERO)? {
-                    self.log.hear(&received)?;
-                    self.pull |= ends_drive(&received.report);
+                    self.write(&received)?;
                 }
                 Ok(self.log.knowledge(self.client.now(), &bytes)?)
             }

@@ -18,8 +18,8 @@ pub struct Arguments {
     /// Folder for the figures (.svg) and report.html
     #[arg(long, value_name = "DIR", default_value = "figures")]
     out: PathBuf,
-    /// The trial of the first log whose place is shown closely (position.svg) [default: the one
-    /// in which an obstacle comes into sight]
+    /// The trial (of a rover's log: the part of 100 actions) of the first log whose place is shown
+    /// closely (position.svg) [default: the one in which an obstacle comes into sight]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     trial: Option<u32>,
     /// Actions of that trial before the place [default: until something comes into sight]

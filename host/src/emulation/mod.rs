@@ -67,6 +67,7 @@ pub struct Emulation {
     listener: Decoder,
     /// Where the vehicle was, slice by slice, as far back as an action may take.
     track: Track,
+    scenario: Scenario,
     seed: u64,
 }
 
@@ -93,6 +94,7 @@ impl Emulation {
             power_back: None,
             listener: Decoder::new(),
             track: Track::default(),
+            scenario: scenario.clone(),
             machine,
             seed,
         };
@@ -139,6 +141,11 @@ impl Emulation {
     /// Adds faults to those still to come.
     pub fn add_faults(&mut self, faults: &[crate::vehicle::ScheduledFault]) {
         self.schedule.extend(faults);
+    }
+
+    /// Where the rover was switched on, and what stands around it.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
     }
 
     /// Whether the motors get any current now.

@@ -3,7 +3,7 @@
 use super::lattice::Growth;
 use super::material::{Material, Place};
 use super::palette::Palette;
-use super::scenes::Scene;
+use super::scenes::{Scene, capitalised};
 use super::shape::Heading;
 use super::{
     Figure, Figures, lattice, learning, neuron, overview, page, patterns, position, sequence,
@@ -37,11 +37,11 @@ impl Material {
         let drive = self.first.as_ref()?;
         Some(Scene {
             title: if self.from_nothing {
-                "First trial, nothing learned yet".into()
+                format!("First {}, nothing learned yet", self.unit)
             } else {
-                "First trial".into()
+                format!("First {}", self.unit)
             },
-            place: "trial 1".into(),
+            place: format!("{} 1", self.unit),
             drive: self.setting.shown(drive),
         })
     }
@@ -147,6 +147,10 @@ impl Material {
             caption += " The log does not say where walls and obstacles are: positions are by dead \
                 reckoning from compass and moves, and grey dots are what the distance sensors saw.";
         }
+        if self.emulated {
+            caption += " Places, walls and obstacles are the emulation's: the rover knows none of \
+                them.";
+        }
         Figure {
             name: "trajectories.svg",
             paper: if self.setting.follow_direction {
@@ -237,25 +241,27 @@ impl Material {
         let follow_direction = self.setting.follow_direction;
         let heading = Heading {
             title: if self.frozen && self.first.is_none() {
-                "Trial by trial".into()
+                capitalised(&format!("{0} by {0}", self.unit))
             } else {
-                "Learning, trial by trial".into()
+                format!("Learning, {0} by {0}", self.unit)
             },
             subtitle: self.about.sources.clone(),
             description: learning::described(&sessions, follow_direction),
         };
+        let how = format!("How {}s went from the first to the last", self.unit);
         let caption = if sessions.len() > 1 {
-            "How trials went from the first to the last, over all sessions. The band holds the \
-             middle 80 % of them."
+            format!("{how}, over all sessions. The band holds the middle 80 % of them.")
         } else {
-            "How trials went from the first to the last. More sessions (rover learn --sessions 20, \
-             or several logs) show how far they scatter."
+            format!(
+                "{how}. More sessions (rover learn --sessions 20, or several logs) show how far they \
+                 scatter."
+            )
         };
         Figure {
             name: "learning.svg",
             paper: "",
-            caption: caption.into(),
-            svg: learning::draw(&sessions, follow_direction, &heading),
+            caption,
+            svg: learning::draw(&sessions, follow_direction, self.unit, &heading),
         }
     }
 }

@@ -21,6 +21,8 @@ const BAND: &str = "#b9d8ec";
 struct Measure {
     title: &'static str,
     axis: &'static str,
+    /// Whether the axis counts something per trial.
+    per_trial: bool,
     of: fn(&Trial) -> Option<f64>,
     /// Upper end of the axis, if it is always the same.
     high: Option<f64>,
@@ -31,6 +33,7 @@ struct Measure {
 const REACHED: Measure = Measure {
     title: "Target reached",
     axis: "share of trials",
+    per_trial: false,
     of: |trial| Some(f64::from(u8::from(trial.reached()))),
     high: Some(1.0),
     yes_or_no: true,
@@ -38,7 +41,8 @@ const REACHED: Measure = Measure {
 
 const BLOCKED: Measure = Measure {
     title: "Collisions",
-    axis: "blocked moves per trial",
+    axis: "blocked moves",
+    per_trial: true,
     of: |trial| Some(f64::from(trial.collisions)),
     high: None,
     yes_or_no: false,
@@ -46,7 +50,8 @@ const BLOCKED: Measure = Measure {
 
 const ACTIONS: Measure = Measure {
     title: "Actions",
-    axis: "actions per trial",
+    axis: "actions",
+    per_trial: true,
     of: |trial| Some(f64::from(trial.steps)),
     high: None,
     yes_or_no: false,
@@ -55,6 +60,7 @@ const ACTIONS: Measure = Measure {
 const DIRECTEDNESS: Measure = Measure {
     title: "Directedness (8)",
     axis: "directedness (0 to 1)",
+    per_trial: false,
     of: |trial| trial.directedness,
     high: Some(1.0),
     yes_or_no: false,
@@ -63,15 +69,22 @@ const DIRECTEDNESS: Measure = Measure {
 const ANGLE: Measure = Measure {
     title: "Angle to the direction, nothing in sight",
     axis: "mean angle (degrees)",
+    per_trial: false,
     of: |trial| trial.free_angle_deg,
     high: None,
     yes_or_no: false,
 };
 
-/// Draws the learning curves of one or more sessions.
-pub(super) fn draw(sessions: &[&[Trial]], follow_direction: bool, heading: &Heading) -> String {
+/// Draws the learning curves of one or more sessions, which consist of trials, or of what `unit` calls
+/// them.
+pub(super) fn draw(
+    sessions: &[&[Trial]],
+    follow_direction: bool,
+    unit: &str,
+    heading: &Heading,
+) -> String {
     let measures = measures(follow_direction);
-    let mut parts = vec![legend(sessions, !follow_direction)];
+    let mut parts = vec![legend(sessions, !follow_direction, unit)];
     for (i, measure) in measures.iter().enumerate() {
         let (column, row) = ((i % 2) as f64, (i / 2) as f64);
         let (left, top) = (72.0 + PITCH[0] * column, HEADER + 62.0 + PITCH[1] * row);
@@ -81,7 +94,7 @@ pub(super) fn draw(sessions: &[&[Trial]], follow_direction: bool, heading: &Head
             width: PANEL[0],
             height: PANEL[1],
         };
-        parts.push(panel(area, i, measure, sessions));
+        parts.push(panel(area, i, measure, sessions, unit));
     }
     let rows = measures.len().div_ceil(2) as f64;
     let size = [950.0, HEADER + 14.0 + PITCH[1] * rows];
@@ -117,7 +130,7 @@ pub(super) fn described(sessions: &[&[Trial]], follow_direction: bool) -> String
     ends.collect::<Vec<_>>().join("; ") + "."
 }
 
-fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&[Trial]]) -> Group {
+fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&[Trial]], unit: &str) -> Group {
     let trials = sessions
         .iter()
         .map(|session| session.len())
@@ -173,13 +186,18 @@ fn panel(area: Area, number: usize, measure: &Measure, sessions: &[&[Trial]]) ->
         panel.append(circle(point, 2.6, LINE));
     }
     panel.append(axes::border(area));
-    panel.append(axes::beside(area, &y, &y_ticks, measure.axis));
+    let axis = if measure.per_trial {
+        format!("{} per {unit}", measure.axis)
+    } else {
+        measure.axis.into()
+    };
+    panel.append(axes::beside(area, &y, &y_ticks, &axis));
     let x_ticks = axes::logarithmic_ticks([1.0, last]);
     panel.append(axes::below(
         area,
         &x,
         &x_ticks,
-        "trial (number, logarithmic)",
+        &format!("{unit} (number, logarithmic)"),
     ));
     panel
 }
@@ -256,7 +274,7 @@ fn groups(trials: usize) -> Vec<[usize; 2]> {
     groups
 }
 
-fn legend(sessions: &[&[Trial]], with_target: bool) -> Group {
+fn legend(sessions: &[&[Trial]], with_target: bool, unit: &str) -> Group {
     let mut legend = group("legend");
     let (x, y) = (72.0, HEADER + 16.0);
     legend.append(line([x, y], [x + 26.0, y], LINE, 2.0));
@@ -265,12 +283,12 @@ fn legend(sessions: &[&[Trial]], with_target: bool) -> Group {
     if let [session] = sessions {
         legend.append(entry(
             x + 34.0,
-            "mean over groups of successive trials".into(),
+            format!("mean over groups of successive {unit}s"),
         ));
         legend.append(circle([x + 290.0, y], 2.5, OTHERS));
         let name = match thinning(session.len()) {
-            1 => "one trial".into(),
-            n => format!("one trial, one of every {n}"),
+            1 => format!("one {unit}"),
+            n => format!("one {unit}, one of every {n}"),
         };
         legend.append(entry(x + 300.0, name));
     } else {
@@ -286,8 +304,9 @@ fn legend(sessions: &[&[Trial]], with_target: bool) -> Group {
             height: 12.0,
         };
         legend.append(rectangle(band, BAND).set("fill-opacity", 0.7));
-        let name = "10 to 90 % of the sessions, each averaged over groups of successive trials";
-        legend.append(entry(x + 324.0, name.into()));
+        let name =
+            format!("10 to 90 % of the sessions, each averaged over groups of successive {unit}s");
+        legend.append(entry(x + 324.0, name));
     }
     legend
 }

@@ -6,7 +6,7 @@ use rover_shared::sensing::neuron::SensingNeuron;
 use super::drive::{Drive, first_trial, test_drives};
 use super::lessons::Lessons;
 use super::page::{self, Fact};
-use super::recording::Recording;
+use super::recording::{PART, Recording};
 use super::scenes::Setting;
 use super::{Moment, NoSuchMoment};
 use crate::arena::Side;
@@ -24,6 +24,10 @@ pub(super) struct Material {
     /// What the figures say they are about.
     pub about: About,
     pub setting: Setting,
+    /// What a session consists of: "trial", "part".
+    pub unit: &'static str,
+    /// Whether a rover's true places are known, by an emulation.
+    pub emulated: bool,
     /// At the end.
     pub lessons: Lessons,
     pub history: History,
@@ -107,6 +111,8 @@ impl Material {
                 unit: "arena",
                 follow_direction: plan.follow_direction,
             },
+            unit: "trial",
+            emulated: false,
             lessons: Lessons::of(&session.knowledge),
             history: session.history.clone(),
             frozen: true,
@@ -118,6 +124,7 @@ impl Material {
                     .map(|s| s.trials.as_slice())
                     .collect::<Vec<_>>(),
                 &drives.iter().map(|d| d.trial.clone()).collect::<Vec<_>>(),
+                "trial",
                 &counted(drives.len(), "test drive"),
                 session.knowledge.patterns.elements().len(),
                 plan.follow_direction,
@@ -134,12 +141,13 @@ impl Material {
         let count = recording.drives.len();
         let actions: u64 = recording.history.actions();
         let cut = if recording.cut_off { ", cut off" } else { "" };
-        let source = format!(
-            "Log {name} (seed {}): {}, {}{cut}",
-            recording.seed,
-            counted(count, "trial"),
-            counted(actions as usize, "action"),
-        );
+        let actions = counted(actions as usize, "action");
+        let (unit, contents) = if recording.free_running {
+            ("part", format!("{actions} in parts of {PART}"))
+        } else {
+            ("trial", format!("{}, {actions}", counted(count, "trial")))
+        };
+        let source = format!("Log {name} (seed {}): {contents}{cut}", recording.seed);
         let sources = match recordings.len() {
             1 => source.clone(),
             n => {
@@ -151,7 +159,7 @@ impl Material {
         // While learning, the last trials show best what was learned.
         let learning = recording.learning && count > 1;
         let from = if learning {
-            count.saturating_sub(DRIVES as usize).max(1)
+            count.saturating_sub(DRIVES as usize).max(count / 2)
         } else {
             0
         };
@@ -162,25 +170,27 @@ impl Material {
         let sessions: Vec<Vec<Trial>> = recordings.iter().map(|(_, r)| trials(r)).collect();
         let shown: Vec<Trial> = drives.iter().map(|d| d.trial.clone()).collect();
         let which = match (learning, drives.len()) {
-            (true, n) => format!("last {}", counted(n, "trial")),
-            (false, n) => format!("all {}", counted(n, "trial")),
+            (true, n) => format!("last {}", counted(n, unit)),
+            (false, n) => format!("all {}", counted(n, unit)),
         };
         Some(Self {
             coefficients: recording.coefficients.clone(),
             about: About {
                 drives: match (learning, drives.len()) {
-                    (true, 1) => "the last trial".into(),
-                    (true, n) => format!("the last {n} trials"),
-                    (false, n) => format!("all {}", counted(n, "trial")),
+                    (true, 1) => format!("the last {unit}"),
+                    (true, n) => format!("the last {}", counted(n, unit)),
+                    (false, n) => format!("all {}", counted(n, unit)),
                 },
                 source,
                 sources,
             },
             setting: Setting {
                 state: if learning { "late in learning" } else { "" },
-                unit: "trial",
+                unit,
                 follow_direction,
             },
+            unit,
+            emulated: recording.free_running && drives.iter().all(|drive| drive.arena_known),
             lessons: recording.lessons.clone(),
             history: recording.history.clone(),
             frozen: !recording.learning,
@@ -189,6 +199,7 @@ impl Material {
             facts: page::facts(
                 &sessions.iter().map(Vec::as_slice).collect::<Vec<_>>(),
                 &shown,
+                unit,
                 &which,
                 recording.lessons.patterns(),
                 follow_direction,

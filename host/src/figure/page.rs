@@ -13,10 +13,12 @@ pub(super) struct Fact {
     pub value: String,
 }
 
-/// What there is to say of sessions, and of the trials that the figures show.
+/// What there is to say of sessions, which consist of trials or what `unit` calls them, and of the
+/// trials that the figures show.
 pub(super) fn facts(
     sessions: &[&[Trial]],
     shown: &[Trial],
+    unit: &str,
     which: &str,
     patterns: usize,
     follow_direction: bool,
@@ -27,7 +29,7 @@ pub(super) fn facts(
     let Some(first) = sessions.first() else {
         return facts;
     };
-    add("trials".into(), first.len().to_string());
+    add(format!("{unit}s"), first.len().to_string());
     add("actions".into(), actions(first).to_string());
     add("patterns known at the end".into(), patterns.to_string());
     if sessions.len() > 1 {

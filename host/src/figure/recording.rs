@@ -29,6 +29,8 @@ pub struct Recording {
     pub cut_off: bool,
     /// Whether nothing was known at its beginning.
     pub from_nothing: bool,
+    /// Whether it is of a rover, which drives on and on: its drives are parts of that.
+    pub free_running: bool,
     /// The parameters in use.
     pub coefficients: Coefficients,
     /// Its trials, in order.
@@ -94,13 +96,20 @@ impl Recording {
         }
         let scenarios = scenarios(log)?;
         let module = coefficients.learning.module;
-        let drives: Vec<Drive> = trials
-            .into_iter()
+        let drives = trials
+            .iter()
             .filter(|(_, trial)| !trial.steps.is_empty())
             .map(|(number, trial)| {
-                trial.drive(number, scenarios.get(&number), &coefficients, module)
-            })
-            .collect();
+                trial.drive(*number, scenarios.get(number), &coefficients, module)
+            });
+        let drives: Vec<Drive> = if log.free_running {
+            (1..)
+                .zip(drives.flat_map(|drive| parts(&drive)))
+                .map(|(number, part)| Drive { number, ..part })
+                .collect()
+        } else {
+            drives.collect()
+        };
         if drives.is_empty() {
             return Err(RecordingError::Empty);
         }
@@ -108,6 +117,7 @@ impl Recording {
             seed: log.origin.seed,
             learning: log.origin.mode == Mode::Learn,
             cut_off: log.cut_off || log.after.is_none(),
+            free_running: log.free_running,
             from_nothing: before.patterns.elements().is_empty(),
             coefficients,
             drives,
@@ -154,6 +164,9 @@ impl Logged<'_> {
         let follows = |step: &&Step| matches!(step.task, TaskKind::FollowDirection { .. });
         let follow_direction = self.steps.iter().any(follows);
         let mut poses = self.poses(module);
+        // An arena is of no use where the log does not say where in it the robot was.
+        let placed = self.steps.iter().all(|step| step.pose.is_some());
+        let scenario = scenario.filter(|_| placed);
         let arena_known = scenario.is_some();
         let scenario = match scenario {
             Some(scenario) => Scenario {
@@ -176,7 +189,8 @@ impl Logged<'_> {
                 motion: moved(step),
             })
             .collect();
-        let trial = self.trial(&events, end, &scenario);
+        let ending = self.end.map_or(Ending::OutOfSteps, |end| end.ending);
+        let trial = came_of(&events, end, &scenario, ending);
         Drive {
             number,
             first_action: self.first_action,
@@ -225,43 +239,64 @@ impl Logged<'_> {
         });
         poses
     }
+}
 
-    /// What came of the trial, worked out as the simulator does.
-    fn trial(&self, events: &[Event], end: Vector, scenario: &Scenario) -> Trial {
-        let mut free = FreeHeading::default();
-        for (i, event) in events.iter().enumerate() {
-            if let TaskKind::FollowDirection { direction_udeg } = event.task {
-                if event.interrupted && i > 0 {
-                    free.restart();
-                }
-                free.note(&event.sample, direction_udeg, &scenario.robot);
+/// Actions of a part of a rover's drive.
+pub(super) const PART: usize = 100;
+
+/// A rover's drive in parts; a last one of less than half belongs to the one before.
+fn parts(drive: &Drive) -> Vec<Drive> {
+    let actions = drive.events.len();
+    let count = ((actions + PART / 2) / PART).max(1);
+    (0..count)
+        .map(|i| {
+            let end = if i + 1 == count {
+                actions
+            } else {
+                (i + 1) * PART
+            };
+            let mut part = drive.stretch(i * PART..end);
+            part.from = 0;
+            part.trial = came_of(&part.events, part.end, &part.scenario, Ending::OutOfSteps);
+            part
+        })
+        .collect()
+}
+
+/// What came of a trial, worked out as the simulator does.
+fn came_of(events: &[Event], end: Vector, scenario: &Scenario, ending: Ending) -> Trial {
+    let mut free = FreeHeading::default();
+    for (i, event) in events.iter().enumerate() {
+        if let TaskKind::FollowDirection { direction_udeg } = event.task {
+            if event.interrupted && i > 0 {
+                free.restart();
             }
+            free.note(&event.sample, direction_udeg, &scenario.robot);
         }
-        let positions: Vec<[f64; 2]> = events
-            .iter()
-            .map(|event| event.pose.position().to_array())
-            .chain([end.to_array()])
-            .collect();
-        let blocked = events
-            .iter()
-            .filter(|event| event.motion == Motion::Blocked);
-        let ending = self.end.map_or(Ending::OutOfSteps, |end| end.ending);
-        let length: f64 = positions
-            .windows(2)
-            .map(|ends| libm::hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]))
-            .sum();
-        let straight = scenario.straight_cm().filter(|straight| *straight > 0.0);
-        Trial {
-            ending,
-            steps: events.len() as u32,
-            collisions: blocked.count() as u32,
-            end_cm: end.to_array(),
-            path_ratio: straight
-                .filter(|_| ending == Ending::Reached)
-                .map(|straight| length / straight),
-            directedness: directedness(&positions),
-            free_angle_deg: free.mean(),
-        }
+    }
+    let positions: Vec<[f64; 2]> = events
+        .iter()
+        .map(|event| event.pose.position().to_array())
+        .chain([end.to_array()])
+        .collect();
+    let blocked = events
+        .iter()
+        .filter(|event| event.motion == Motion::Blocked);
+    let length: f64 = positions
+        .windows(2)
+        .map(|ends| libm::hypot(ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]))
+        .sum();
+    let straight = scenario.straight_cm().filter(|straight| *straight > 0.0);
+    Trial {
+        ending,
+        steps: events.len() as u32,
+        collisions: blocked.count() as u32,
+        end_cm: end.to_array(),
+        path_ratio: straight
+            .filter(|_| ending == Ending::Reached)
+            .map(|straight| length / straight),
+        directedness: directedness(&positions),
+        free_angle_deg: free.mean(),
     }
 }
 

@@ -329,7 +329,7 @@ fn legend(y: f64, palette: &Palette, with_changes: bool) -> Group {
     legend.append(text(
         [x + 4.0, y],
         TEXT_SIZE,
-        "an action chosen by one of the patterns used most in the test",
+        "an action chosen by one of the patterns used most",
     ));
     legend.append(circle([x + 390.0, y - 4.0], 4.0, OTHERS));
     legend.append(text([x + 400.0, y], TEXT_SIZE, "by another"));

@@ -10,6 +10,7 @@ use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 use super::Port;
 use super::error::{LinkError, name_of};
 use super::inbox::{Counters, Inbox, Received};
+use crate::arena::{Pose, Scenario};
 
 /// How long the rover has to answer a command. It answers within a control period, 20 ms, but
 /// for the 400 ms that erasing a sector of its flash may take.
@@ -23,6 +24,8 @@ const HELLO_WITHIN: Duration = Duration::from_millis(250);
 const HEARTBEAT: Duration = Duration::from_millis(200);
 /// How long a read waits at most before heartbeats are looked at.
 const SLICE: Duration = Duration::from_millis(50);
+/// Commands kept for somebody to take them.
+const MOST_SENT: usize = 512;
 /// Pauses between attempts to connect again: doubled from the first to the last.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(20), Duration::from_millis(1_000));
 
@@ -40,6 +43,8 @@ pub struct Client {
     introduced: bool,
     hello: Hello,
     keep_answers: bool,
+    /// Commands sent while answers are kept, and not taken yet.
+    sent: VecDeque<Sent>,
     /// Heartbeats are sent; when the last was.
     heartbeat: Option<Instant>,
 }
@@ -83,6 +88,7 @@ impl Client {
             introduced: false,
             hello: nobody,
             keep_answers: false,
+            sent: VecDeque::new(),
             heartbeat: None,
         }
     }
@@ -107,14 +113,32 @@ impl Client {
         self.port.epoch()
     }
 
+    /// Where the rover is and what stands around it, which only an emulated one's port can tell.
+    pub fn scenario(&self) -> Option<Scenario> {
+        self.port.scenario()
+    }
+
+    /// Where the rover was at a moment of its own clock, some seconds ago at most; which only an
+    /// emulated one's port can tell.
+    pub fn pose_at(&self, rover_time: Instant) -> Option<Pose> {
+        self.port.pose_at(rover_time)
+    }
+
     /// What happened to frames so far.
     pub fn counters(&self) -> Counters {
         self.inbox.counters
     }
 
-    /// Whether answers to commands are also kept to be read by [`next`](Self::next).
+    /// Whether answers to commands are also kept to be read by [`next`](Self::next), and the commands
+    /// to be had from [`take_sent`](Self::take_sent).
     pub fn keep_answers(&mut self, keep: bool) {
         self.keep_answers = keep;
+    }
+
+    /// The next command that was sent while answers are kept, repetitions included. Of more than some
+    /// hundred that nobody takes the oldest are forgotten.
+    pub fn take_sent(&mut self) -> Option<Sent> {
+        self.sent.pop_front()
     }
 
     /// Whether heartbeats are sent, as [`Mode::Host`](rover_shared::wire::message::Mode::Host)
@@ -355,6 +379,16 @@ impl Client {
         let frame = self.encoder.encode(command, &mut buffer);
         let frame = frame.expect("a test of the contract holds every command against MAX_FRAME");
         self.port.send(frame)?;
+        if self.keep_answers {
+            if self.sent.len() == MOST_SENT {
+                self.sent.pop_front();
+            }
+            self.sent.push_back(Sent {
+                at: self.port.now(),
+                sequence,
+                command: command.clone(),
+            });
+        }
         Ok(sequence)
     }
 
@@ -381,6 +415,17 @@ impl Client {
         }
         Ok(())
     }
+}
+
+/// A command, as it was sent.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// When, on the port's clock.
+    pub at: Instant,
+    /// The number of its frame, which its acknowledgement names.
+    pub sequence: u16,
+    /// The command.
+    pub command: Command,
 }
 
 /// What came after a command.

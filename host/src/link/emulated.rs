@@ -6,6 +6,7 @@ use std::rc::Rc;
 use rover_shared::time::{Duration, Instant};
 
 use super::{Port, PortError};
+use crate::arena::{Pose, Scenario};
 use crate::emulation::{Emulation, SLICE};
 
 /// How long a board has to appear on the bus and to hear that its port was opened: starting up and
@@ -47,6 +48,14 @@ impl Port for EmulatedPort {
 
     fn now(&self) -> Instant {
         Instant(0).after(self.rover.borrow().now().since(self.opened))
+    }
+
+    fn scenario(&self) -> Option<Scenario> {
+        Some(self.rover.borrow().scenario().clone())
+    }
+
+    fn pose_at(&self, rover_time: Instant) -> Option<Pose> {
+        self.rover.borrow().pose_at(rover_time)
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<(), PortError> {

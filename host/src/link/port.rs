@@ -4,6 +4,8 @@ use std::time::SystemTime;
 
 use rover_shared::time::{Duration, Instant};
 
+use crate::arena::{Pose, Scenario};
+
 /// Bytes to a rover and from it, and the time that passes meanwhile.
 pub trait Port {
     /// What to call it in a sentence: the path of a serial port.
@@ -14,6 +16,17 @@ pub trait Port {
 
     /// When [`now`](Self::now) was 0; `None` if the port's clock is not the wall clock.
     fn epoch(&self) -> Option<SystemTime> {
+        None
+    }
+
+    /// Where the rover is and what stands around it, which only an emulation can tell.
+    fn scenario(&self) -> Option<Scenario> {
+        None
+    }
+
+    /// Where the rover was at a moment of its own clock, some seconds ago at most; which only an
+    /// emulation can tell.
+    fn pose_at(&self, _rover_time: Instant) -> Option<Pose> {
         None
     }
 

@@ -36,6 +36,8 @@ pub struct Log {
     pub after: Option<Vec<u8>>,
     /// Where trials took place, as far as that is known.
     pub arenas: Vec<Arena>,
+    /// Whether its trials are sessions of a rover, which has no trials: it drives on and on.
+    pub free_running: bool,
     /// All messages on what was done that can be read.
     pub entries: Vec<Entry>,
     /// The number of the first message, from 1, whose checksum does not follow from those before.
@@ -101,6 +103,7 @@ impl Log {
             before,
             after: attachments.remove(AFTER),
             arenas: Vec::new(),
+            free_running: false,
             entries: Vec::new(),
             broken_at: None,
             cut_off: false,

@@ -6,6 +6,7 @@
 //! dropped, end what can be replayed of it. Actions after such a gap belong to a session of which
 //! only the actions are known.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use rover_shared::controller::StepRecord;
@@ -17,8 +18,9 @@ use rover_shared::wire::message::{
     self, ActionRecord, Counters, EventKind, Fault, Outcome, Report, State,
 };
 
+use super::arena::Arena;
 use super::message::Step;
-use super::recording::{Recorded, Recording, What};
+use super::recording::{Recorded, Recording, Truth, What};
 use super::{Entry, Log, Origin, ReadError};
 use crate::arena::Motion;
 use crate::experiment::TaskKind;
@@ -30,6 +32,8 @@ pub struct Sessions {
     pub writer: String,
     /// In the order in which they were driven.
     pub sessions: Vec<Session>,
+    /// Where an emulated rover drove; of a simulation's log the arenas are in [`Log`] only.
+    pub arena: Option<Arena>,
     /// The number of the first message, from 1, whose checksum does not follow from those before.
     pub broken_at: Option<usize>,
     /// Whether the file ends before the log does.
@@ -105,6 +109,7 @@ impl From<Log> for Sessions {
         Self {
             writer: log.origin.writer,
             sessions: vec![session],
+            arena: None,
             broken_at: log.broken_at,
             cut_off: log.cut_off,
         }
@@ -120,6 +125,7 @@ impl From<Recording> for Sessions {
             direction: None,
             interrupted: true,
             dropped: None,
+            truth: None,
         };
         for message in &recording.messages {
             assembler.take(message);
@@ -128,6 +134,7 @@ impl From<Recording> for Sessions {
         let sessions = assembler.sessions;
         Self {
             sessions,
+            arena: recording.arena,
             writer: recording.writer,
             broken_at: recording.broken_at,
             cut_off: recording.cut_off,
@@ -165,12 +172,37 @@ impl TryFrom<Sessions> for Log {
             origin: Origin { seed, mode, writer },
             before,
             after,
-            arenas: Vec::new(),
+            arenas: log
+                .arena
+                .map_or_else(Vec::new, |arena| of_all(arena, &entries)),
+            free_running: true,
             entries,
             broken_at: log.broken_at,
             cut_off: log.cut_off,
         })
     }
+}
+
+/// The one arena of all these trials.
+fn of_all(arena: Arena, entries: &[Entry]) -> Vec<Arena> {
+    let trials: BTreeSet<u32> = entries
+        .iter()
+        .map(|entry| match entry {
+            Entry::Step(step) => step.trial,
+            Entry::End(end) => end.trial,
+        })
+        .collect();
+    let mut place = arena.place;
+    let (start, goal) = (arena.start, arena.goal);
+    trials
+        .into_iter()
+        .map(|trial| Arena {
+            trial,
+            place: place.take(),
+            start,
+            goal,
+        })
+        .collect()
 }
 
 /// Makes sessions of messages.
@@ -184,6 +216,8 @@ struct Assembler<'a> {
     interrupted: bool,
     /// Reports that the rover had dropped when it was last heard.
     dropped: Option<u32>,
+    /// Where it was, if that is known.
+    truth: Option<Truth>,
 }
 
 impl Assembler<'_> {
@@ -204,6 +238,9 @@ impl Assembler<'_> {
                 self.hear(message.number, report);
             }
             What::Knowledge(pulled) => self.known(pulled.fingerprint),
+            What::Truth(truth) => self.truth = Some(*truth),
+            // Whether it was obeyed is what the rover says.
+            What::Command(_) => {}
             What::Gap(gap) => {
                 self.dropped = None;
                 self.gap(message.number, gap.reason.clone());
@@ -299,7 +336,10 @@ impl Assembler<'_> {
             sample: action.sample,
             record: action.step,
             motion: motion(action.outcome),
-            pose: None,
+            pose: self
+                .truth
+                .filter(|truth| truth.time == action.time)
+                .map(|truth| truth.pose),
         };
         session.entries.push((number, Entry::Step(Box::new(step))));
     }

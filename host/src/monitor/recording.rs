@@ -66,6 +66,7 @@ impl Recording {
             let happening = match message.what {
                 What::Report(report) => Happening::Report(report),
                 What::Gap(gap) => Happening::Gap(gap.reason),
+                What::Command(_) | What::Truth(_) => continue,
                 What::Knowledge(pulled) => match recorded.knowledge.get(&pulled.fingerprint) {
                     Some(bytes) => Happening::Knowledge(bytes.to_vec()),
                     None => continue,

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | metadata `turing-rover` | [`Provenance`] |
 //! | channels `/hello`, `/action`, `/event`, `/fault`, `/status`, `/ack`, `/last_words` | what the rover said: the messages of [`rover_shared::wire::message`], each with the number of its frame and how many frames before it were lost |
+//! | channel `/command` | what the host asked for: [`Asked`], whose acknowledgement in `/ack` names its number |
+//! | channels `/truth`, `/arena` | of an emulated rover only, which does not know it itself: where it was before an action ([`Truth`]), and in what arena ([`Arena`](super::arena::Arena)) |
 //! | attachments `knowledge-FINGERPRINT.rover` | knowledge that was pulled from the rover |
 //! | channel `/knowledge` | when it was pulled: what the rover knew at that moment |
 //! | channel `/gap` | that the connection was lost, or heard again |
@@ -26,8 +28,11 @@ mod writer;
 pub use reader::{Recorded, Recording, What};
 pub use writer::{RecordingWriter, Written};
 
-use rover_shared::wire::message::TEXT_BYTES;
+use rover_shared::time::Instant;
+use rover_shared::wire::message::{Command, TEXT_BYTES};
 use serde::{Deserialize, Serialize};
+
+use super::message::LoggedPose;
 
 /// The value of `source` in the metadata, which simulations' logs do not have.
 pub(super) const SOURCE: &str = "rover";
@@ -76,6 +81,26 @@ pub struct Pulled {
     pub length_bytes: u32,
 }
 
+/// What the host asked for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    /// The number of its frame.
+    pub sequence: u16,
+    /// What was asked for.
+    pub command: Command,
+}
+
+/// Where an emulated rover was. The rover does not know it; nothing that it does depends on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Truth {
+    /// When, by the rover's clock: the time of the action that it began there.
+    pub time: Instant,
+    /// Its centre and heading.
+    pub pose: LoggedPose,
+}
+
 /// What the rover said for a while is missing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -97,11 +122,14 @@ pub enum Topic {
     LastWords,
     Knowledge,
     Gap,
+    Command,
+    Arena,
+    Truth,
 }
 
 impl Topic {
     /// All of them, in the order of their channels.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::Hello,
         Self::Action,
         Self::Event,
@@ -111,6 +139,9 @@ impl Topic {
         Self::LastWords,
         Self::Knowledge,
         Self::Gap,
+        Self::Command,
+        Self::Arena,
+        Self::Truth,
     ];
 
     /// The channel's name.
@@ -125,6 +156,9 @@ impl Topic {
             Self::LastWords => "/last_words",
             Self::Knowledge => "/knowledge",
             Self::Gap => "/gap",
+            Self::Command => "/command",
+            Self::Arena => "/arena",
+            Self::Truth => "/truth",
         }
     }
 

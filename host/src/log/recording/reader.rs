@@ -10,7 +10,8 @@ use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic};
+use super::{Asked, Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic, Truth};
+use crate::log::arena::Arena;
 use crate::log::message::Chain;
 use crate::log::reader::{for_each_message, read_records};
 use crate::log::{FORMAT, ReadError};
@@ -24,6 +25,8 @@ pub struct Recording {
     pub messages: Vec<Recorded>,
     /// The knowledge in it, as bytes, by its fingerprint.
     pub knowledge: BTreeMap<u32, Arc<[u8]>>,
+    /// Where an emulated rover was switched on, and what stands around it.
+    pub arena: Option<Arena>,
     /// The number of the first message, from 1, whose checksum does not follow from those before.
     pub broken_at: Option<usize>,
     /// Whether the last file ends before the recording does.
@@ -54,6 +57,10 @@ pub enum What {
     Knowledge(Pulled),
     /// Something is missing.
     Gap(Gap),
+    /// What the host asked for.
+    Command(Box<Asked>),
+    /// Where an emulated rover was.
+    Truth(Truth),
 }
 
 impl Recording {
@@ -74,6 +81,7 @@ impl Recording {
             writer: String::new(),
             messages: Vec::new(),
             knowledge: BTreeMap::new(),
+            arena: None,
             broken_at: None,
             cut_off: false,
         };
@@ -141,6 +149,14 @@ impl Recording {
             Topic::LastWords => opening.report(|words: LastWords| Report::LastWords(words.text)),
             Topic::Knowledge => opening.own(What::Knowledge),
             Topic::Gap => opening.own(What::Gap),
+            Topic::Command => opening.own(|asked| What::Command(Box::new(asked))),
+            Topic::Truth => opening.own(What::Truth),
+            Topic::Arena => {
+                // Each file of a recording has it.
+                let arena = opening.open()?;
+                self.arena.get_or_insert(arena);
+                Ok(())
+            }
         }
     }
 

@@ -1,10 +1,11 @@
 //! JSON Schemas of a recording's messages. Units stand in the descriptions: the messages are those
 //! of the wire, whose types carry them.
 
-use rover_shared::wire::message::Fault;
+use rover_shared::wire::message::{CHUNK_BYTES, Fault};
 use serde_json::{Map, Value, json};
 
 use super::Topic;
+use crate::log::arena::ARENA_SCHEMA;
 use crate::log::message::STEP_SCHEMA;
 
 /// The schema of a channel's messages.
@@ -19,6 +20,13 @@ pub fn of(topic: Topic) -> Value {
         Topic::LastWords => heard("LastWords", "what was kept over a reset", last_words()),
         Topic::Knowledge => own("Knowledge", "what the rover knew", knowledge()),
         Topic::Gap => own("Gap", "what the rover said for a while is missing", gap()),
+        Topic::Command => own("Command", "what the host asked for", asked()),
+        Topic::Truth => own(
+            "Truth",
+            "where an emulated rover was before an action",
+            truth(),
+        ),
+        Topic::Arena => serde_json::from_str(ARENA_SCHEMA).unwrap_or_default(),
     }
 }
 
@@ -122,6 +130,7 @@ const CHANNEL_HEALTH: [&str; 7] = [
 ];
 const COMPASS_HEALTH: [&str; 4] = ["Unknown", "Good", "Silent", "Implausible"];
 const MODES: [&str; 4] = ["Idle", "Learn", "Run", "Host"];
+const TASKS: [&str; 3] = ["FollowDirection", "FollowChangingDirection", "AimAtTarget"];
 const OUTCOMES: [&str; 7] = [
     "Completed",
     "Obstacle",
@@ -242,7 +251,6 @@ fn action() -> Fields {
 }
 
 fn status() -> Fields {
-    let tasks = ["FollowDirection", "FollowChangingDirection", "AimAtTarget"];
     vec![
         ("time", time()),
         ("state", state()),
@@ -250,7 +258,7 @@ fn status() -> Fields {
             "motors_enabled",
             json!({ "type": "boolean", "description": "whether wheel commands reach the motors" }),
         ),
-        ("task", one_of("what is to be done", &tasks)),
+        ("task", one_of("what is to be done", &TASKS)),
         ("direction", direction()),
         ("steps", unsigned("action cycles since the reset", u32::MAX)),
         ("counts", counts()),
@@ -379,6 +387,143 @@ fn knowledge() -> Fields {
         ("fingerprint", fingerprint()),
         ("length_bytes", unsigned("its length in bytes", u32::MAX)),
     ]
+}
+
+fn asked() -> Fields {
+    let sequence = unsigned(
+        "number of the frame, which its acknowledgement names",
+        65_535u64,
+    );
+    vec![("sequence", sequence), ("command", command())]
+}
+
+fn command() -> Value {
+    let micrometres = |what: &str| unsigned(&format!("{what}, micrometres"), u32::MAX);
+    let chunk = object(
+        "a part of knowledge",
+        vec![
+            ("total", unsigned("length of the whole in bytes", u32::MAX)),
+            ("fingerprint", fingerprint()),
+            ("offset", unsigned("where this part starts", u32::MAX)),
+            (
+                "data",
+                json!({
+                    "type": "array", "description": "its bytes",
+                    "items": unsigned("a byte", 255u64), "maxItems": CHUNK_BYTES,
+                }),
+            ),
+        ],
+    );
+    variants(
+        "a command",
+        &[
+            "Ping",
+            "Heartbeat",
+            "Arm",
+            "Disarm",
+            "ReadStatus",
+            "StoreKnowledge",
+            "NewKnowledge",
+        ],
+        vec![
+            (
+                "Hello",
+                object(
+                    "opens the conversation",
+                    vec![("schema", unsigned("the host's schema hash", u32::MAX))],
+                ),
+            ),
+            ("SetMode", one_of("who shall drive", &MODES)),
+            ("SetTask", one_of("what is to be done", &TASKS)),
+            ("SetDirection", direction()),
+            (
+                "Drive",
+                object(
+                    "a move",
+                    vec![
+                        ("turn", integer("turn, microdegrees, positive to the left")),
+                        ("advance", micrometres("advance after the turn")),
+                    ],
+                ),
+            ),
+            ("SetSeed", unsigned("seed of the generator", u64::MAX)),
+            ("Calibrate", calibration()),
+            (
+                "PullKnowledge",
+                object(
+                    "asks for a part of the knowledge",
+                    vec![("offset", unsigned("first byte wanted", u32::MAX))],
+                ),
+            ),
+            ("PushKnowledge", chunk),
+        ],
+    )
+}
+
+fn calibration() -> Value {
+    let per_mille = |what: &str| unsigned(&format!("{what}, per mille"), 65_535u64);
+    let point = object(
+        "a point of the curve",
+        vec![
+            ("counts", unsigned("counts of the ADC", 65_535u64)),
+            ("distance", unsigned("distance, micrometres", u32::MAX)),
+        ],
+    );
+    variants(
+        "a calibration",
+        &[],
+        vec![
+            (
+                "Range",
+                object(
+                    "the curve of a range sensor",
+                    vec![
+                        ("channel", unsigned(CHANNELS, 255u64)),
+                        ("points", json!({ "type": "array", "items": point })),
+                    ],
+                ),
+            ),
+            (
+                "Compass",
+                object(
+                    "how the compass is mounted",
+                    vec![("offset", integer("added to its heading, microdegrees"))],
+                ),
+            ),
+            (
+                "Speed",
+                object(
+                    "how fast the rover goes",
+                    vec![
+                        ("duty", per_mille("duty of a straight advance")),
+                        (
+                            "speed",
+                            unsigned("speed at that duty, micrometres a second", u32::MAX),
+                        ),
+                        (
+                            "dead_band",
+                            per_mille("duty at which the wheels just begin to turn"),
+                        ),
+                    ],
+                ),
+            ),
+        ],
+    )
+}
+
+fn truth() -> Fields {
+    let pose = object(
+        "where it was",
+        vec![
+            ("x_um", integer("from the left wall, micrometres")),
+            ("y_um", integer("from the lower wall, micrometres")),
+            (
+                "heading_udeg",
+                integer("counter-clockwise from right, microdegrees"),
+            ),
+        ],
+    );
+    vec![("time", time()), ("pose", pose)]
 }
 
 fn gap() -> Fields {

@@ -14,10 +14,13 @@ use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 
 use super::{
-    END, Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic, attachment_name, schema,
+    Asked, END, Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic, Truth, attachment_name,
+    schema,
 };
+use crate::arena::Pose;
 use crate::files::WriteError;
-use crate::link::{Counters, Received};
+use crate::link::{Counters, Received, Sent};
+use crate::log::arena::Arena;
 use crate::log::message::Chain;
 use crate::log::{FORMAT, METADATA};
 
@@ -37,6 +40,8 @@ pub struct RecordingWriter {
     files: Vec<PathBuf>,
     /// The knowledge pulled last: each file has what its sessions start from.
     latest: Option<Vec<u8>>,
+    /// Where an emulated rover drives.
+    arena: Option<Arena>,
     /// Messages in the files before.
     messages: u64,
     lost: u64,
@@ -99,6 +104,7 @@ impl RecordingWriter {
             number: 1,
             files: vec![path.to_owned()],
             latest: None,
+            arena: None,
             messages: 0,
             lost: 0,
         })
@@ -177,6 +183,38 @@ impl RecordingWriter {
         self.write(Topic::Gap, at, at, &Gap { reason })
     }
 
+    /// Writes what the host asked for.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn command(&mut self, sent: &Sent) -> Result<(), WriteError> {
+        let asked = Asked {
+            sequence: sent.sequence,
+            command: sent.command.clone(),
+        };
+        self.write(Topic::Command, sent.at, sent.at, &asked)
+    }
+
+    /// Writes where an emulated rover drives, into each file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn arena(&mut self, at: Instant, arena: Arena) -> Result<(), WriteError> {
+        self.write(Topic::Arena, at, at, &arena)?;
+        self.arena = Some(arena);
+        Ok(())
+    }
+
+    /// Writes where an emulated rover was at a moment of its own clock; to be called before what it
+    /// said of the action that began then.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn truth(&mut self, at: Instant, time: Instant, pose: Pose) -> Result<(), WriteError> {
+        let pose = pose.into();
+        self.write(Topic::Truth, at, time, &Truth { time, pose })
+    }
+
     /// Writes out what is due; to be called every now and then.
     ///
     /// # Errors
@@ -239,14 +277,14 @@ impl RecordingWriter {
         self.part = part;
         self.part.flushed = now;
         self.files.push(path);
-        match self.latest.take() {
-            Some(latest) => {
-                self.attach(now, &latest)?;
-                self.latest = Some(latest);
-                Ok(())
-            }
-            None => Ok(()),
+        if let Some(latest) = self.latest.take() {
+            self.attach(now, &latest)?;
+            self.latest = Some(latest);
         }
+        if let Some(arena) = self.arena.take() {
+            self.arena(now, arena)?;
+        }
+        Ok(())
     }
 
     fn attach(&mut self, at: Instant, bytes: &[u8]) -> Result<(), WriteError> {
