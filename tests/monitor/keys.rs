@@ -7,7 +7,7 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use rover_host::monitor::source::Control;
-use rover_host::monitor::terminal::{ShowError, show};
+use rover_host::monitor::terminal::{ShowError, TICK, show};
 use rover_host::monitor::view::Look;
 use rover_host::monitor::{Happening, Source};
 use rover_shared::wire::message::{Command, Mode, State, Task};
@@ -157,6 +157,45 @@ fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
         .expect_err("it was unplugged while it drove")
         .to_string();
     assert!(error.contains("may still drive"), "{error}");
+}
+
+#[test]
+fn a_rover_that_says_nothing_keeps_no_key_waiting_and_is_called_silent() {
+    let mut scene = Scene::learning(1, 20);
+    scene.rover.borrow_mut().lose = u32::MAX;
+    scene.run(1);
+    let began = scene.source.now();
+    scene.press("aaa");
+    // A tick a key, in whole control periods.
+    assert!(scene.source.now() - began < 5 * TICK);
+    scene.run(1);
+    let picture = scene.picture(80, 24);
+    assert!(picture.contains("loopback silent for 2."), "{picture}");
+    assert!(picture.contains("as last heard"), "{picture}");
+    scene.run(3);
+    let unanswered = |note: &&str| note.starts_with("arm: the rover did not answer");
+    let notes = scene.notes();
+    assert_eq!(
+        notes.iter().filter(|n| unanswered(n)).count(),
+        3,
+        "{notes:?}"
+    );
+    scene.rover.borrow_mut().lose = 0;
+    scene.run(1);
+    assert!(!scene.picture(80, 24).contains("silent"));
+}
+
+#[test]
+fn one_clock_tells_when_things_happened() {
+    let mut scene = Scene::new(1);
+    scene.run(4);
+    scene.press("al");
+    scene.run(3);
+    let notes = &scene.watch.dashboard.notes;
+    let times: Vec<_> = notes.iter().filter_map(|note| note.time).collect();
+    assert!(times.len() > 4 && times.is_sorted(), "{notes:?}");
+    let at = |text| notes.iter().find(|n| n.text == text).unwrap().time.unwrap();
+    assert!(at("done: arm").abs_diff(at("ARMED")) < 100_000, "{notes:?}");
 }
 
 #[test]

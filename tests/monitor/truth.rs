@@ -36,7 +36,7 @@ fn a_drive_that_is_followed_ends_with_what_the_rover_knows() {
 fn a_drive_of_which_an_action_was_lost_is_not_followed() {
     let mut scene = Scene::learning(1, 60);
     assert!(scene.watch.dashboard.mirror().is_some());
-    scene.rover.borrow_mut().lose = 3;
+    scene.rover.borrow_mut().lose = 8;
     scene.run(20);
     let dashboard = &scene.watch.dashboard;
     assert!(dashboard.frames.lost > 0);

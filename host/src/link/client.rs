@@ -14,7 +14,7 @@ use crate::arena::{Pose, Scenario};
 
 /// How long the rover has to answer a command. It answers within a control period, 20 ms, but
 /// for the 400 ms that erasing a sector of its flash may take.
-const ANSWER_WITHIN: Duration = Duration::from_millis(600);
+pub const ANSWER_WITHIN: Duration = Duration::from_millis(600);
 /// How often a command that does no harm twice is sent before giving up.
 const ATTEMPTS: u32 = 3;
 /// The first hello may fall into the 40 ms after which a rover looks whether its port was opened.
@@ -173,6 +173,16 @@ impl Client {
         }
     }
 
+    /// Sends a command and does not wait. What the rover has to say to it is given by
+    /// [`next`](Self::next) if answers are kept, within [`ANSWER_WITHIN`] if all is well; gives the
+    /// number that its acknowledgement names.
+    ///
+    /// # Errors
+    /// The port failed.
+    pub fn post(&mut self, command: &Command) -> Result<u16, LinkError> {
+        self.send(command)
+    }
+
     /// Has a command carried out. One that does no harm twice is repeated if no answer comes.
     ///
     /// # Errors
@@ -311,8 +321,7 @@ impl Client {
         command: &Command,
         wanted: impl Fn(Answer<'_>) -> bool,
     ) -> Result<Option<Report>, LinkError> {
-        let attempts = if harmless_twice(command) { ATTEMPTS } else { 1 };
-        for _ in 0..attempts {
+        for _ in 0..attempts(command) {
             let sequence = self.send(command)?;
             let until = self.port.now().after(ANSWER_WITHIN);
             let mut acknowledged = false;
@@ -434,14 +443,16 @@ enum Answer<'a> {
     With(&'a Report),
 }
 
-/// Whether a command that was done, and whose acknowledgement was lost, may be sent again.
-fn harmless_twice(command: &Command) -> bool {
-    match command {
+/// How often a command may be sent if no acknowledgement comes: once if it was perhaps carried out, and
+/// would do harm a second time.
+pub fn attempts(command: &Command) -> u32 {
+    let harmless_twice = match command {
         Command::Drive { .. } | Command::StoreKnowledge => false,
         // Again after the last chunk of a transfer is no continuation of it.
         Command::PushKnowledge(chunk) => chunk.offset + (chunk.data.len() as u32) < chunk.total,
         _ => true,
-    }
+    };
+    if harmless_twice { ATTEMPTS } else { 1 }
 }
 
 #[cfg(test)]

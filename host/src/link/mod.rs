@@ -34,7 +34,7 @@ mod port;
 mod refusal;
 pub mod serial;
 
-pub use client::{Client, Sent};
+pub use client::{ANSWER_WITHIN, Client, Sent, attempts};
 pub use error::{LinkError, name_of};
 pub use inbox::{Counters, Received};
 pub use port::{Port, PortError};

@@ -68,11 +68,11 @@ impl Dashboard {
             Report::Status(status) => self.status(status),
             Report::Action(record) => self.acted(record),
             Report::Event(event) => {
-                self.time = Some(event.time.0);
+                self.set_time(event.time.0);
                 self.event(event.kind);
             }
             Report::Fault(fault) => {
-                self.time = Some(fault.time.0);
+                self.set_time(fault.time.0);
                 if let Some(counter) = self.counters.0.get_mut(fault.fault as usize) {
                     *counter = fault.count;
                 }
@@ -113,7 +113,7 @@ impl Dashboard {
     }
 
     fn status(&mut self, status: &Status) {
-        self.time = Some(status.time.0);
+        self.set_time(status.time.0);
         self.state = Some(status.state);
         self.motors_enabled = Some(status.motors_enabled);
         self.task = Some(status.task);
@@ -247,7 +247,7 @@ impl Dashboard {
     }
 
     fn acted(&mut self, record: &ActionRecord) {
-        self.time = Some(record.time.0);
+        self.set_time(record.time.0);
         self.ranges = Some(record.ranges);
         self.compass = Some(record.compass);
         self.counters = record.counters;

@@ -8,6 +8,8 @@ use super::source::Control;
 
 /// How far an arrow key turns the direction.
 const TURN: Microdegrees = Microdegrees::from_degrees(15);
+/// Actions of a log that a page key passes.
+const PAGE: i32 = 20;
 /// Longest direction that can be typed.
 const TYPED: usize = 8;
 
@@ -48,11 +50,12 @@ pub const LIVE: [(&str, &str); 13] = [
 ];
 
 /// The same for logs.
-pub const LOG: [(&str, &str); 6] = [
+pub const LOG: [(&str, &str); 7] = [
     ("space, p", "play or pause"),
     ("left, right", "one action back or on"),
+    ("page up, down", "twenty actions back or on"),
     ("+, -", "twice or half as fast"),
-    ("0, $", "to the start or the end"),
+    ("0, $", "to the start or the end (also Home, End)"),
     ("?", "show or hide these keys"),
     ("q, Ctrl-C", "quit"),
 ];
@@ -97,8 +100,10 @@ fn of_log(code: KeyCode) -> Option<Control> {
         KeyCode::Char(' ' | 'p') => Some(Control::PlayOrPause),
         KeyCode::Char('+' | '=') => Some(Control::Faster),
         KeyCode::Char('-') => Some(Control::Slower),
-        KeyCode::Right => Some(Control::Forward),
-        KeyCode::Left => Some(Control::Back),
+        KeyCode::Right => Some(Control::Actions(1)),
+        KeyCode::Left => Some(Control::Actions(-1)),
+        KeyCode::PageDown => Some(Control::Actions(PAGE)),
+        KeyCode::PageUp => Some(Control::Actions(-PAGE)),
         KeyCode::Char('0') | KeyCode::Home => Some(Control::Start),
         KeyCode::Char('$') | KeyCode::End => Some(Control::End),
         _ => None,
@@ -214,8 +219,10 @@ mod tests {
         assert_eq!(control(KeyCode::Char('p')), Some(Control::PlayOrPause));
         assert_eq!(control(KeyCode::Char('+')), Some(Control::Faster));
         assert_eq!(control(KeyCode::Char('-')), Some(Control::Slower));
-        assert_eq!(control(KeyCode::Right), Some(Control::Forward));
-        assert_eq!(control(KeyCode::Left), Some(Control::Back));
+        assert_eq!(control(KeyCode::Right), Some(Control::Actions(1)));
+        assert_eq!(control(KeyCode::Left), Some(Control::Actions(-1)));
+        assert_eq!(control(KeyCode::PageDown), Some(Control::Actions(20)));
+        assert_eq!(control(KeyCode::PageUp), Some(Control::Actions(-20)));
         assert_eq!(control(KeyCode::Home), Some(Control::Start));
         assert_eq!(control(KeyCode::Char('0')), Some(Control::Start));
         assert_eq!(control(KeyCode::End), Some(Control::End));

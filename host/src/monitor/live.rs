@@ -2,12 +2,15 @@
 
 use std::time::Duration;
 
-use rover_shared::time::Duration as Span;
-use rover_shared::wire::message::{Command, Report};
+use rover_shared::time::{Duration as Span, Instant};
+use rover_shared::wire::message::{Ack, Command, Report};
 
 use super::happening::{Connection, Happening};
 use super::source::Source;
-use crate::link::{Client, Counters, LinkError};
+use crate::link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts, name_of};
+
+/// Commands that may wait for answers: a silent rover gets no more but a disarming.
+const MOST_PENDING: usize = 8;
 
 /// A rover that is watched.
 pub struct Live {
@@ -18,17 +21,32 @@ pub struct Live {
     /// Why the connection was last lost.
     lost: Option<String>,
     counters: Counters,
+    /// Commands that were not answered yet.
+    pending: Vec<Pending>,
+}
+
+/// A command that waits for its acknowledgement, while everything else goes on.
+struct Pending {
+    command: Command,
+    /// The number of its frame.
+    sequence: u16,
+    /// When it is late.
+    until: Instant,
+    /// How many times it may be sent again then.
+    left: u32,
 }
 
 impl Live {
     /// A rover that was introduced.
-    pub fn new(client: Client) -> Self {
+    pub fn new(mut client: Client) -> Self {
+        client.keep_answers(true);
         let mut live = Self {
             counters: client.counters(),
             client,
             happened: Vec::new(),
             connected: false,
             lost: None,
+            pending: Vec::new(),
         };
         live.connect();
         live
@@ -51,6 +69,11 @@ impl Live {
             let lost = Connection::Lost(reason.clone());
             self.happened.push(Happening::Connection(lost));
         }
+        for Pending { command, .. } in self.pending.drain(..) {
+            let reason = reason.clone();
+            self.happened
+                .push(Happening::Unanswered { command, reason });
+        }
         self.lost = Some(reason);
         self.connected = false;
     }
@@ -61,7 +84,10 @@ impl Live {
         loop {
             let left = until.since(self.client.now());
             match self.client.next(left) {
-                Ok(Some(received)) => self.happened.push(Happening::report(received.report)),
+                Ok(Some(received)) => match received.report {
+                    Report::Ack(ack) => self.acknowledged(ack),
+                    report => self.happened.push(Happening::report(report)),
+                },
                 Ok(None) => return,
                 Err(error) => return self.lose(&error),
             }
@@ -71,30 +97,64 @@ impl Live {
         }
     }
 
+    fn acknowledged(&mut self, ack: Ack) {
+        let of = |pending: &Pending| pending.sequence == ack.sequence;
+        // Others are of repetitions, or of commands that were given up.
+        if let Some(i) = self.pending.iter().position(of) {
+            let command = self.pending.remove(i).command;
+            let result = ack.result;
+            self.happened.push(Happening::Answer { command, result });
+        }
+    }
+
+    /// Sends commands again whose answers are late, or gives them up.
+    fn repeat(&mut self) {
+        let now = self.client.now();
+        let (late, waiting) = std::mem::take(&mut self.pending)
+            .into_iter()
+            .partition::<Vec<_>, _>(|pending| pending.until <= now);
+        self.pending = waiting;
+        for Pending { command, left, .. } in late {
+            if left > 0 && self.connected {
+                self.post(command, left);
+            } else {
+                let reason = LinkError::Silent(name_of(&command)).to_string();
+                self.happened
+                    .push(Happening::Unanswered { command, reason });
+            }
+        }
+    }
+
+    /// Sends a command that may be sent so many times from now on.
+    fn post(&mut self, command: Command, times: u32) {
+        match self.client.post(&command) {
+            Ok(sequence) => self.pending.push(Pending {
+                until: self.client.now().after(ANSWER_WITHIN),
+                left: times.saturating_sub(1),
+                command,
+                sequence,
+            }),
+            Err(error) => {
+                let reason = error.to_string();
+                self.happened
+                    .push(Happening::Unanswered { command, reason });
+                self.lose(&error);
+            }
+        }
+    }
+
     /// Tries to connect again for `span`.
     fn retry(&mut self, span: Span) {
-        match self.client.reconnect(span, &|| false) {
+        // What is said while hosts are introduced is none of the dashboard's business.
+        self.client.keep_answers(false);
+        let tried = self.client.reconnect(span, &|| false);
+        self.client.keep_answers(true);
+        match tried {
             Ok(()) => self.connect(),
             // What is there now is not what was.
             Err(error @ LinkError::Mismatch { .. }) => self.lose(&error),
             Err(_) => {}
         }
-    }
-
-    fn ask(&mut self, command: &Command) -> Result<(), LinkError> {
-        let report = match command {
-            Command::ReadStatus => Report::Status(self.client.status()?),
-            Command::PullKnowledge { .. } => {
-                let chunk = |report| match report {
-                    Report::Knowledge(chunk) => Some(chunk),
-                    _ => None,
-                };
-                Report::Knowledge(self.client.ask_for(command, chunk)?)
-            }
-            _ => return self.client.ask(command),
-        };
-        self.happened.push(Happening::report(report));
-        Ok(())
     }
 }
 
@@ -107,6 +167,7 @@ impl Source for Live {
         let span = Span(u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX));
         if self.connected {
             self.hear(span);
+            self.repeat();
         } else {
             self.retry(span);
         }
@@ -124,25 +185,13 @@ impl Source for Live {
             let reason = "the rover is not connected".into();
             self.happened
                 .push(Happening::Unanswered { command, reason });
-            return;
+        } else if self.pending.len() == MOST_PENDING && command != Command::Disarm {
+            let reason = "the rover has not answered the commands before".into();
+            self.happened
+                .push(Happening::Unanswered { command, reason });
+        } else {
+            let times = attempts(&command);
+            self.post(command, times);
         }
-        let answer = match self.ask(&command) {
-            Ok(()) => Happening::Answer {
-                command,
-                result: Ok(()),
-            },
-            Err(LinkError::Refused { refusal, .. }) => Happening::Answer {
-                command,
-                result: Err(refusal),
-            },
-            Err(error) => {
-                if matches!(error, LinkError::Port(_) | LinkError::Mismatch { .. }) {
-                    self.lose(&error);
-                }
-                let reason = error.to_string();
-                Happening::Unanswered { command, reason }
-            }
-        };
-        self.happened.push(answer);
     }
 }

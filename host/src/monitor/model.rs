@@ -17,6 +17,8 @@ use crate::link;
 
 /// Actions that the history holds; no terminal has more columns.
 pub const HISTORY: usize = 512;
+/// Silence that is worth a word: the state is asked for twice a second, and answered at once.
+const SILENCE: Duration = Duration::from_secs(1);
 /// Notes that are kept.
 pub const NOTES: usize = 200;
 
@@ -65,8 +67,10 @@ pub struct Dashboard {
     pub playback: Option<Playback>,
     /// The trial of a simulation's log.
     pub trial: Option<u32>,
-    /// The rover's clock when it was last heard, microseconds.
+    /// The rover's clock when it last said what time it was, microseconds.
     pub time: Option<u64>,
+    /// When that was, by the source's clock.
+    pub timed: Duration,
     /// When anything was last heard, by the source's clock.
     pub heard: Option<Duration>,
     /// The source's clock.
@@ -204,6 +208,25 @@ impl Dashboard {
         };
     }
 
+    /// What the rover's clock shows now, microseconds: both clocks run alike.
+    pub fn rover_time(&self) -> Option<u64> {
+        let since = self.now.saturating_sub(self.timed).as_micros();
+        let since = u64::try_from(since).unwrap_or(u64::MAX);
+        self.time.map(|time| time.saturating_add(since))
+    }
+
+    /// The rover says what time it is.
+    pub(super) fn set_time(&mut self, time: u64) {
+        self.time = Some(time);
+        self.timed = self.now;
+    }
+
+    /// How long the rover has not said anything, if that is longer than it should be.
+    pub fn silence(&self) -> Option<Duration> {
+        let silence = self.now.saturating_sub(self.heard?);
+        (silence >= SILENCE).then_some(silence)
+    }
+
     /// Adds a note.
     pub fn note(&mut self, kind: Kind, text: impl Into<String>) {
         if self.notes.len() == NOTES {
@@ -211,7 +234,7 @@ impl Dashboard {
         }
         self.noted += 1;
         self.notes.push_back(Note {
-            time: self.time,
+            time: self.rover_time(),
             kind,
             text: text.into(),
         });

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use rover_shared::wire::message::Command;
+use rover_shared::wire::message::{Command, Report};
 
 use super::happening::{Connection, Happening, Origin, Playback};
 use super::source::{Control, Source};
 use crate::link::Counters;
 use crate::log::recording::What;
-use crate::log::{self, Log};
+use crate::log::{self, Entry, Log};
 
 /// How long an entry of a simulation's log is shown: it has no times of its own.
 const ENTRY: Duration = Duration::from_millis(250);
@@ -22,6 +22,8 @@ pub struct Recording {
     name: String,
     begin: Happening,
     entries: Vec<(Duration, Happening)>,
+    /// For each action, the number of the entry after it.
+    actions: Vec<usize>,
     cut_off: bool,
     /// The next entry.
     at: usize,
@@ -84,10 +86,19 @@ impl Recording {
         entries: Vec<(Duration, Happening)>,
         cut_off: bool,
     ) -> Self {
+        let mut actions: Vec<_> = (1..)
+            .zip(&entries)
+            .filter(|(_, (_, happening))| is_action(happening))
+            .map(|(after, _)| after)
+            .collect();
+        if actions.is_empty() {
+            actions = (1..=entries.len()).collect();
+        }
         Self {
             name,
             begin,
             entries,
+            actions,
             cut_off,
             at: 0,
             position: Duration::ZERO,
@@ -119,12 +130,31 @@ impl Recording {
         }
     }
 
+    /// Shows the log up to the action that lies so many after the one shown last, or before it.
+    fn step(&mut self, by: i32) {
+        let shown = self.actions.partition_point(|after| *after <= self.at);
+        let goal = shown.saturating_add_signed(by as isize);
+        let goal = match goal.checked_sub(1) {
+            None => 0,
+            Some(last) => *self.actions.get(last).unwrap_or(&self.entries.len()),
+        };
+        self.wind(goal);
+    }
+
     fn start(&mut self, happened: &mut Vec<Happening>) {
         self.begun = true;
         self.at = 0;
         self.position = Duration::ZERO;
         happened.push(Happening::Connection(Connection::Log(self.name.clone())));
         happened.push(self.begin.clone());
+    }
+}
+
+fn is_action(happening: &Happening) -> bool {
+    match happening {
+        Happening::Report(report) => matches!(**report, Report::Action(_)),
+        Happening::Logged(entry) => matches!(entry, Entry::Step(_)),
+        _ => false,
     }
 }
 
@@ -179,8 +209,7 @@ impl Source for Recording {
             }
             Control::Faster => self.speed = (self.speed * 2.0).min(SPEEDS.1),
             Control::Slower => self.speed = (self.speed / 2.0).max(SPEEDS.0),
-            Control::Forward => self.wind(self.at.saturating_add(1)),
-            Control::Back => self.wind(self.at.saturating_sub(1)),
+            Control::Actions(by) => self.step(by),
             Control::Start => self.wind(0),
             Control::End => self.wind(self.entries.len()),
         }
@@ -243,12 +272,18 @@ mod tests {
         let mut recording = recording(10);
         recording.control(Control::End);
         assert_eq!(shown(&recording.poll(TICK)), 10);
-        recording.control(Control::Back);
+        recording.control(Control::Actions(-1));
         let happened = recording.poll(TICK);
         assert!(begins(&happened));
         assert_eq!(shown(&happened), 9);
-        recording.control(Control::Forward);
+        recording.control(Control::Actions(1));
         assert_eq!(shown(&recording.poll(TICK)), 1);
+        recording.control(Control::Actions(-4));
+        assert_eq!(shown(&recording.poll(TICK)), 6);
+        recording.control(Control::Actions(-20));
+        assert_eq!(shown(&recording.poll(TICK)), 0);
+        recording.control(Control::Actions(20));
+        assert_eq!(shown(&recording.poll(TICK)), 10);
         recording.control(Control::Start);
         assert_eq!(shown(&recording.poll(TICK)), 0);
         recording.control(Control::PlayOrPause);

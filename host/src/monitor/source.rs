@@ -43,10 +43,8 @@ pub enum Control {
     Faster,
     /// Half as fast.
     Slower,
-    /// One entry on, and stand.
-    Forward,
-    /// One entry back, and stand.
-    Back,
+    /// So many actions on, or back if negative, and stand. Entries, where there are no actions.
+    Actions(i32),
     /// To the start.
     Start,
     /// To the end.

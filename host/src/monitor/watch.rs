@@ -12,7 +12,7 @@ use super::pull::Pull;
 use super::source::Source;
 
 /// How often the rover's state is asked for.
-const STATUS: Duration = Duration::from_secs(1);
+const STATUS: Duration = Duration::from_millis(500);
 /// How long to wait before its knowledge is read anew after a failure.
 const AGAIN: Duration = Duration::from_secs(5);
 

@@ -13,9 +13,6 @@ use crate::monitor::words;
 /// Rows of the header.
 pub const ROWS: u16 = 4;
 
-/// Silence that is worth a word, seconds: the state is asked for every second.
-const SILENCE: u64 = 3;
-
 /// Draws the header.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
     let mut panel = Panel::new(area, buffer, look);
@@ -45,8 +42,8 @@ pub fn connection(dashboard: &Dashboard) -> String {
     match &dashboard.connection {
         Connection::None => "not connected".into(),
         Connection::Searching(port) => format!("looking for {port}"),
-        Connection::Open(port) => match silence(dashboard) {
-            Some(seconds) => format!("{port} silent for {seconds} s"),
+        Connection::Open(port) => match dashboard.silence() {
+            Some(silence) => format!("{port} silent for {:.1} s", silence.as_secs_f64()),
             None => format!("connected to {port}"),
         },
         Connection::Lost(_) => "connection lost, trying again".into(),
@@ -54,15 +51,9 @@ pub fn connection(dashboard: &Dashboard) -> String {
     }
 }
 
-fn silence(dashboard: &Dashboard) -> Option<u64> {
-    let heard = dashboard.heard?;
-    let seconds = dashboard.now.saturating_sub(heard).as_secs();
-    (seconds >= SILENCE).then_some(seconds)
-}
-
 fn connection_style(dashboard: &Dashboard, look: Look) -> Style {
     match dashboard.connection {
-        Connection::Open(_) if silence(dashboard).is_none() => look.good(),
+        Connection::Open(_) if dashboard.silence().is_none() => look.good(),
         Connection::Open(_) | Connection::Lost(_) => look.trouble(),
         _ => Style::new(),
     }
@@ -77,7 +68,13 @@ fn supervisor(panel: &mut Panel<'_>, dashboard: &Dashboard) {
         Some(false) => "motors off",
         None => "",
     };
-    let x = panel.text(x + 2, 1, motors, Style::new());
+    // What it did when it was last heard, it need not do any more.
+    let live = matches!(dashboard.connection, Connection::Open(_));
+    let silence = dashboard.silence().filter(|_| live);
+    let x = match silence {
+        Some(_) => panel.text(x + 2, 1, "as last heard", look.trouble()),
+        None => panel.text(x + 2, 1, motors, Style::new()),
+    };
     let task = match (dashboard.task, dashboard.direction) {
         (None, _) => String::new(),
         (Some(task), None) => words::task(task).into(),

@@ -18,11 +18,13 @@ pub fn row(area: Rect, buffer: &mut Buffer, prompt: Option<&Prompt>, log: bool, 
         panel.text(0, 0, if log { LOG_ROW } else { LIVE_ROW }, look.quiet());
         return;
     };
-    let label = "direction in compass degrees, clockwise from north: ";
+    let label = "direction, degrees clockwise from north: ";
     let x = panel.text(0, 0, label, look.title());
     let x = panel.text(x, 0, &format!("{}_", prompt.text), Style::new());
     if prompt.error.is_some() {
         panel.text(x + 1, 0, "-360 to 360!", look.trouble());
+    } else {
+        panel.text(x + 1, 0, "Enter sets it, Esc leaves it", look.quiet());
     }
 }
 
@@ -32,6 +34,6 @@ pub fn draw(area: Rect, buffer: &mut Buffer, log: bool, look: Look) {
     let keys: &[_] = if log { &LOG } else { &LIVE };
     for (y, (key, does)) in (0..).zip(keys) {
         panel.text(0, y, key, look.title());
-        panel.text(13, y, does, Style::new());
+        panel.text(15, y, does, Style::new());
     }
 }
