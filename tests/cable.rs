@@ -422,6 +422,62 @@ fn ctrl_c_disarms() {
 }
 
 #[test]
+fn a_dashboard_that_loses_its_terminal_disarms_and_ends() {
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    let cable = Cable::new(3, 1);
+    // Closed in the dashboard's process, or the terminal would last as long as that.
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let terminal = openpt(flags).unwrap();
+    grantpt(&terminal).unwrap();
+    unlockpt(&terminal).unwrap();
+    let other = ptsname(&terminal, Vec::new()).unwrap();
+    let mut terminal = std::fs::File::from(terminal);
+    let end = || {
+        let mut options = std::fs::File::options();
+        let end = options.read(true).write(true).open(other.to_str().unwrap());
+        Stdio::from(end.unwrap())
+    };
+    let size = ["rows", "40", "cols", "120"];
+    let sized = Command::new("stty").args(size).stdin(end()).status();
+    assert!(sized.unwrap().success());
+    let mut child = cable
+        .command(&["monitor"])
+        .env("TERM", "xterm")
+        .stdin(end())
+        .stdout(end())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut screen = Vec::new();
+    let mut shows = |words: &str, key: &str| {
+        let began = Instant::now();
+        let mut pressed = 0;
+        while !text(&screen).contains(words) {
+            assert!(began.elapsed() < LIMIT, "it does not show {words}");
+            // Again, for arming is refused until the sensors are believed.
+            if began.elapsed().as_secs() >= pressed {
+                pressed += 1;
+                terminal.write_all(key.as_bytes()).unwrap();
+            }
+            let mut bytes = [0; 4_096];
+            // It draws all the time.
+            let length = terminal.read(&mut bytes).unwrap();
+            screen.extend(&bytes[..length]);
+        }
+    };
+    shows("DISARMED", "");
+    shows("done:", "a");
+    shows("DRIVING", "l");
+    drop(terminal);
+    let began = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        assert!(began.elapsed() < LIMIT, "it goes on without a terminal");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(cable.state(), "Disarmed");
+}
+
+#[test]
 fn a_recorded_drive_replays() {
     let cable = Cable::new(4, 40);
     let arguments = [

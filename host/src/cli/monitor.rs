@@ -15,7 +15,7 @@ use crate::monitor::Source;
 use crate::monitor::live::Live;
 use crate::monitor::plain::Plain;
 use crate::monitor::recording::Recording;
-use crate::monitor::terminal::{Input, Lines, Pacer, next_key, show, tell};
+use crate::monitor::terminal::{Input, Keyboard, Lines, Pacer, show, tell};
 use crate::monitor::view::Look;
 
 /// Lines typed ahead that are kept.
@@ -68,13 +68,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "the terminal cannot be used ({error}): try --plain"
         ))
     })?;
+    let keyboard = Keyboard::listen();
     let mut pacer = Pacer::new(source.now());
     let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
     let mut keys = |now| {
         pacer.wait(now);
         match interrupt.is_set() && !std::mem::replace(&mut interrupted, true) {
             true => Ok(Some(ctrl_c)),
-            false => next_key(),
+            false => keyboard.next_key(),
         }
     };
     let shown = show(&mut terminal, source, &mut keys, look);

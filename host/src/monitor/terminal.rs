@@ -1,6 +1,7 @@
 //! The dashboard on a terminal, and as lines: the loops that keep it going.
 
-use std::io;
+use std::io::{self, IsTerminal as _};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use ratatui::Terminal;
@@ -120,17 +121,50 @@ fn failed(error: io::Error) -> ShowError {
     ShowError::Terminal(error.to_string())
 }
 
-/// The next key of the process's own terminal; `None` if none waits.
+/// The keys of the process's own terminal.
 ///
-/// # Errors
-/// If the terminal is gone.
-pub fn next_key() -> io::Result<Option<KeyEvent>> {
-    while event::poll(Duration::ZERO)? {
-        if let Event::Key(key) = event::read()? {
-            return Ok(Some(key));
+/// They are read in a thread of their own: crossterm 0.29 reads for ever from a terminal that has
+/// gone, and the rover has to be told to stop then.
+pub struct Keyboard(Receiver<io::Result<KeyEvent>>);
+
+/// Keys pressed ahead that are kept.
+const PRESSED_AHEAD: usize = 64;
+
+impl Keyboard {
+    /// Begins to read keys. It ends with the process: nothing can wake a thread that waits for a key.
+    pub fn listen() -> Self {
+        let (sender, keys) = sync_channel(PRESSED_AHEAD);
+        std::thread::spawn(move || {
+            loop {
+                let key = match event::read() {
+                    Ok(Event::Key(key)) => Ok(key),
+                    Ok(_) => continue,
+                    Err(error) => Err(error),
+                };
+                let failed = key.is_err();
+                if sender.send(key).is_err() || failed {
+                    break;
+                }
+            }
+        });
+        Self(keys)
+    }
+
+    /// The next key; `None` if none waits.
+    ///
+    /// # Errors
+    /// If the terminal is gone.
+    pub fn next_key(&self) -> io::Result<Option<KeyEvent>> {
+        // Keys may come from elsewhere than stdin; what is drawn goes to stdout.
+        if !io::stdout().is_terminal() {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        }
+        match self.0.try_recv() {
+            Ok(key) => key.map(Some),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(io::ErrorKind::BrokenPipe.into()),
         }
     }
-    Ok(None)
 }
 
 /// A line that somebody typed, or the wish to end.
