@@ -38,8 +38,7 @@ impl Ticks {
 
     /// Takes what was measured since the last time.
     pub fn collect(&mut self, rover: &mut Emulation) {
-        let calls = rover.machine().probe(self.probe).calls();
-        for call in calls {
+        for call in rover.machine_mut().take_calls(self.probe) {
             let since = call.from - *self.first.get_or_insert(call.from);
             let off = since % PERIOD_CYCLES;
             let off_us = off.min(PERIOD_CYCLES - off) / CYCLES_PER_MICROSECOND;
@@ -47,8 +46,6 @@ impl Ticks {
             self.latest_us = self.latest_us.max(off_us);
             self.mean_us += (off_us as f64 - self.mean_us) / self.count as f64;
         }
-        rover.machine_mut().remove_probes();
-        self.probe = add_probe(rover);
     }
 
     /// Ends measuring.

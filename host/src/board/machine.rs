@@ -240,12 +240,12 @@ impl Machine {
         self.bus.now += nap;
     }
 
-    /// The core runs until it sleeps, or the machine has to look after something.
+    /// The core, which is awake, runs until it sleeps, or the machine has to look after something.
     fn run(&mut self, horizon: Cycles) {
         let from = self.bus.now;
         self.bus.horizon = horizon;
         while self.bus.now < self.bus.horizon {
-            let cycles = self.core.step_inlined(&mut self.bus);
+            let cycles = self.core.step_awake(&mut self.bus);
             if cycles == 0 {
                 break;
             }

@@ -49,7 +49,7 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The first calls, 65536 at most.
+    /// The first calls since they were last taken, 65536 at most.
     pub fn calls(&self) -> &[Call] {
         &self.calls
     }
@@ -122,6 +122,10 @@ impl Probes {
 
     pub fn get(&self, id: ProbeId) -> &Probe {
         &self.0[id.0]
+    }
+
+    pub fn take_calls(&mut self, id: ProbeId) -> Vec<Call> {
+        std::mem::take(&mut self.0[id.0].calls)
     }
 
     /// A reset: calls that are open will not return.

@@ -15,7 +15,7 @@ use crate::board::memory::RAM;
 use crate::board::peripheral::Cycles;
 use crate::board::peripherals::{Peripherals, Unmodelled};
 use crate::board::pins::Output;
-use crate::board::probe::{Probe, ProbeId, Probes};
+use crate::board::probe::{Call, Probe, ProbeId, Probes};
 use crate::board::usb::Usb;
 
 impl Machine {
@@ -188,6 +188,11 @@ impl Machine {
     /// What a probe has measured.
     pub fn probe(&self, id: ProbeId) -> &Probe {
         self.probes.get(id)
+    }
+
+    /// What a probe has measured since this was last asked; a call that is under way comes next time.
+    pub fn take_calls(&mut self, id: ProbeId) -> Vec<Call> {
+        self.probes.take_calls(id)
     }
 
     /// Takes all probes away.
