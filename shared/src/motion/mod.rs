@@ -61,6 +61,9 @@ pub struct Move {
     pub heading_error: Microdegrees,
     /// How far the rover should have advanced by its calibrated speed.
     pub advanced: Micrometres,
+    /// Whether the rover is known to have moved: its heading or a range changed. An advance with
+    /// nothing in view may be completed on wheels that spin.
+    pub proven: bool,
 }
 
 /// Why a move was not started.
@@ -178,6 +181,7 @@ impl Motion {
             return Err(StartError::OutOfRange);
         }
         self.phase = Phase::Starting { turn, advance };
+        self.progress.begin_move();
         self.last = None;
         Ok(())
     }
@@ -275,6 +279,7 @@ impl Motion {
                     target.turn_from(heading)
                 }),
             advanced: Micrometres((advanced / u64::from(MILLION)) as u32),
+            proven: self.progress.proven(),
         }
     }
 }

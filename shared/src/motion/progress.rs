@@ -14,10 +14,15 @@ use crate::units::{Microdegrees, Micrometres};
 /// ahead, an advance proves nothing and its time does not count. (A rover that spins its wheels in
 /// the open is thus found out at its next turn only.) The time is added up over as many advances
 /// as it takes, for one of 7 cm is shorter than the limit.
+///
+/// **A turn and the advance after it** add up too: when the wheels lose their hold as a turn is all
+/// but made, it ends well.
 #[derive(Clone, Debug, Default)]
 pub struct Progress {
     turning: Stretch,
     advancing: Stretch,
+    both: Stretch,
+    proven: bool,
 }
 
 /// Driven time since something last changed.
@@ -27,18 +32,42 @@ struct Stretch {
     driven: Duration,
 }
 
+/// What a look at heading and ranges tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Look {
+    /// Something changed since the reference was taken, which is taken anew.
+    Moved,
+    /// Nothing to tell yet.
+    Open,
+    /// The limit of driven time without progress is reached.
+    Stalled,
+}
+
 impl Progress {
     /// Nothing driven yet.
     pub const fn new() -> Self {
         Self {
             turning: Stretch::NEW,
             advancing: Stretch::NEW,
+            both: Stretch::NEW,
+            proven: false,
         }
+    }
+
+    /// A move begins.
+    pub fn begin_move(&mut self) {
+        self.proven = false;
+    }
+
+    /// Whether the move's driven wheels are known to have moved the rover: something changed.
+    pub const fn proven(&self) -> bool {
+        self.proven
     }
 
     /// A turn begins.
     pub fn begin_turn(&mut self) {
         self.turning = Stretch::NEW;
+        self.both = Stretch::NEW;
     }
 
     /// Takes what is sensed after the wheels were driven for `driven`; `advancing`: forwards
@@ -58,9 +87,12 @@ impl Progress {
             (true, true) => (Duration::ZERO, driven),
             (true, false) => (Duration::ZERO, Duration::ZERO),
         };
-        let turn = self.turning.stalled(p, in_turn, heading, ranges);
-        let advance = self.advancing.stalled(p, in_advance, heading, ranges);
-        turn || advance
+        let turn = self.turning.take(p, in_turn, heading, ranges);
+        let advance = self.advancing.take(p, in_advance, heading, ranges);
+        let both = self.both.take(p, in_turn.plus(in_advance), heading, ranges);
+        let looks = [turn, advance, both];
+        self.proven |= looks.contains(&Look::Moved);
+        looks.contains(&Look::Stalled)
     }
 }
 
@@ -70,33 +102,32 @@ impl Stretch {
         driven: Duration::ZERO,
     };
 
-    fn stalled(
+    fn take(
         &mut self,
         p: &Parameters,
         driven: Duration,
         heading: Microdegrees,
         ranges: [Micrometres; 3],
-    ) -> bool {
-        let moved = match &self.reference {
-            None => true,
-            Some((from, before)) => {
-                heading.turn_from(*from).0.abs() >= p.progress_angle.0
-                    || ranges
-                        .iter()
-                        .zip(before)
-                        .any(|(now, then)| now.0.abs_diff(then.0) >= p.progress_distance.0)
-            }
+    ) -> Look {
+        let Some((from, before)) = &self.reference else {
+            self.reference = Some((heading, ranges));
+            return Look::Open;
         };
+        let moved = heading.turn_from(*from).0.abs() >= p.progress_angle.0
+            || ranges
+                .iter()
+                .zip(before)
+                .any(|(now, then)| now.0.abs_diff(then.0) >= p.progress_distance.0);
         if moved {
             self.reference = Some((heading, ranges));
             self.driven = Duration::ZERO;
-        } else {
-            self.driven = self.driven.plus(driven);
+            return Look::Moved;
         }
-        let stalled = self.driven >= p.no_progress;
-        if stalled {
-            self.driven = Duration::ZERO;
+        self.driven = self.driven.plus(driven);
+        if self.driven < p.no_progress {
+            return Look::Open;
         }
-        stalled
+        self.driven = Duration::ZERO;
+        Look::Stalled
     }
 }

@@ -249,7 +249,9 @@ fn short_advances_that_lead_nowhere_add_up() {
     let outcomes: Vec<_> = (0..4)
         .map(|_| {
             plant.start(0, 7);
-            plant.run().0.outcome
+            let (ended, _) = plant.run();
+            assert!(!ended.proven);
+            ended.outcome
         })
         .collect();
     assert!(outcomes.contains(&Outcome::NoProgress), "{outcomes:?}");
@@ -274,7 +276,23 @@ fn in_the_open_nothing_can_be_told_of_an_advance() {
     let mut plant = Plant::new();
     for _ in 0..10 {
         plant.start(0, 7);
-        assert_eq!(plant.run().0.outcome, Outcome::Completed);
+        let (ended, _) = plant.run();
+        assert_eq!((ended.outcome, ended.proven), (Outcome::Completed, false));
+    }
+}
+
+#[test]
+fn turns_and_advances_towards_a_wall_are_proven() {
+    for (degrees, cm, wall) in [(30, 0, 500.0), (-90, 7, 500.0), (0, 7, 40.0)] {
+        let mut plant = Plant::new();
+        plant.wall = wall;
+        plant.start(degrees, cm);
+        let (ended, _) = plant.run();
+        assert_eq!(
+            (ended.outcome, ended.proven),
+            (Outcome::Completed, true),
+            "{degrees} degrees, {cm} cm, wall at {wall} cm"
+        );
     }
 }
 

@@ -5,7 +5,7 @@ use super::{
     Supervision, interrupts,
 };
 use crate::learning;
-use crate::motion::{MotionEvent, Senses, WheelCommand};
+use crate::motion::{MotionEvent, Move, Senses, WheelCommand};
 use crate::random::Generator;
 use crate::reward::FollowDirection;
 use crate::sensing::Sample;
@@ -24,7 +24,7 @@ impl Rover<'_> {
         report: &mut impl FnMut(Report),
     ) {
         if let Some(ended) = self.motion.stop() {
-            self.end_move(now, ended.outcome, watch, report);
+            self.end_move(now, ended, watch, report);
         }
     }
 
@@ -163,7 +163,7 @@ impl Rover<'_> {
         };
         let (command, event) = self.motion.step(now, senses);
         if let Some(MotionEvent::Ended(ended)) = event {
-            self.end_move(now, ended.outcome, watch, report);
+            self.end_move(now, ended, watch, report);
         }
         command
     }
@@ -171,12 +171,17 @@ impl Rover<'_> {
     fn end_move(
         &mut self,
         now: Instant,
-        outcome: Outcome,
+        ended: Move,
         watch: &mut impl Supervision,
         report: &mut impl FnMut(Report),
     ) {
-        // Only tells; nothing to refuse.
-        let _ = watch.handle(Input::Moved(outcome));
+        let Move {
+            outcome, proven, ..
+        } = ended;
+        if proven || outcome != Outcome::Completed {
+            // Only tells; nothing to refuse.
+            let _ = watch.handle(Input::Moved(outcome));
+        }
         let resting = Activity::Resting {
             until: now.after(SETTLE),
         };

@@ -47,7 +47,8 @@ pub enum Input {
     Compass(CompassHealth),
     /// The host says that it drives.
     Heartbeat,
-    /// A move ended.
+    /// A move ended. One that was completed counts only where the rover is known to have moved: it
+    /// ends a row of moves without progress.
     Moved(Outcome),
     /// Somebody wants the motors allowed.
     Arm,

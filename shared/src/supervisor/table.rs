@@ -12,7 +12,7 @@ pub const HARDWARE_WATCHDOG: Duration = Duration::from_millis(500);
 /// How long a loop may be silent before the watchdog is no longer fed: longer than the 400 ms
 /// for which erasing a sector of the flash may stop everything.
 pub const LOOP_SILENCE: Duration = Duration::from_millis(480);
-/// Moves without progress in a row that disarm.
+/// Moves without progress in a row that disarm; moves that prove nothing do not break the row.
 pub const STUCK_AFTER: u8 = 3;
 
 /// The firmware's loops; each says at every turn that it lives.
