@@ -39,7 +39,7 @@ pub struct Parameters {
     /// The same to the sides, whose sensors look out at 45 degrees: a wall to drive along is
     /// only 0.7 of this away.
     pub side_stop: Micrometres,
-    /// How long the wheels may be driven without progress.
+    /// How long the wheels may be driven without progress, counted from the last.
     pub no_progress: Duration,
     /// Change of heading that is progress: three times the compass's noise.
     pub progress_angle: Microdegrees,

@@ -14,14 +14,10 @@ use crate::units::{Microdegrees, Micrometres};
 /// ahead, an advance proves nothing and its time does not count. (A rover that spins its wheels in
 /// the open is thus found out at its next turn only.) The time is added up over as many advances
 /// as it takes, for one of 7 cm is shorter than the limit.
-///
-/// **A turn and the advance after it** add up too: when the wheels lose their hold as a turn is all
-/// but made, it ends well.
 #[derive(Clone, Debug, Default)]
 pub struct Progress {
     turning: Stretch,
     advancing: Stretch,
-    both: Stretch,
     proven: bool,
 }
 
@@ -49,7 +45,6 @@ impl Progress {
         Self {
             turning: Stretch::NEW,
             advancing: Stretch::NEW,
-            both: Stretch::NEW,
             proven: false,
         }
     }
@@ -67,7 +62,6 @@ impl Progress {
     /// A turn begins.
     pub fn begin_turn(&mut self) {
         self.turning = Stretch::NEW;
-        self.both = Stretch::NEW;
     }
 
     /// Takes what is sensed after the wheels were driven for `driven`; `advancing`: forwards
@@ -89,8 +83,7 @@ impl Progress {
         };
         let turn = self.turning.take(p, in_turn, heading, ranges);
         let advance = self.advancing.take(p, in_advance, heading, ranges);
-        let both = self.both.take(p, in_turn.plus(in_advance), heading, ranges);
-        let looks = [turn, advance, both];
+        let looks = [turn, advance];
         self.proven |= looks.contains(&Look::Moved);
         looks.contains(&Look::Stalled)
     }
