@@ -10,6 +10,7 @@ mod thumb;
 
 use bench::{Bench, FIRMWARE, ms, room};
 use rover_host::board::incident::Kind;
+use rover_host::emulation::Emulation;
 use rover_shared::action::Action;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
@@ -407,6 +408,58 @@ fn the_flash_is_not_written_while_armed() {
     bench.wait(ms(3_000));
     assert_eq!(bench.rover.borrow().machine().flash_operations(), before);
     assert_eq!(bench.count(Fault::FlashWhileArmed), 1);
+}
+
+/// Saves what was learned in the last seconds, which disarming does.
+fn learn_and_disarm(bench: &mut Bench) {
+    bench.drive(Mode::Learn);
+    bench.wait(ms(3_000));
+    bench.done(Command::Disarm);
+}
+
+#[test]
+fn a_flash_at_its_slowest_and_a_deaf_host_together_reset_nothing() {
+    let mut bench = Bench::new(&[]);
+    bench.fault("0:flash-slow");
+    for save in 0..8u32 {
+        let before = bench.rover.borrow().machine().flash_operations();
+        learn_and_disarm(&mut bench);
+        bench.fault("0+6:usb-deaf");
+        // Answers are written to the deaf host from different moments of the erasure on.
+        bench.run(ms(10 * save));
+        for _ in 0..100 {
+            let _ = bench.client.post(&Command::ReadStatus);
+            bench.run(ms(60));
+        }
+        bench.wait(ms(500));
+        let operations = bench.rover.borrow().machine().flash_operations() - before;
+        assert!(operations >= 3, "{operations} operations");
+        let hello = bench.client.hello().reset;
+        assert_eq!(hello, ResetReason::PowerOn, "save {save}");
+        let incidents = bench.rover.borrow().machine().incidents().first().to_vec();
+        assert!(incidents.is_empty(), "save {save}: {incidents:?}");
+        assert_eq!(bench.count(Fault::FlashFailed), 0);
+        assert_eq!(bench.count(Fault::TaskSilent), 0);
+    }
+}
+
+#[test]
+fn power_is_cut_in_the_middle_of_the_flash_operations_that_were_named() {
+    let mut bench = Bench::new(&["flash 2+0.7:power-cut", "flash 3:power-cut"]);
+    for (operations, away) in [(2, ms(700)), (3, ms(100))] {
+        learn_and_disarm(&mut bench);
+        let rover = bench.rover.clone();
+        let cut = |rover: &Emulation| !rover.machine().powered();
+        assert!(rover.borrow_mut().run_until(ms(3_000), cut));
+        assert_eq!(rover.borrow().machine().flash_operations(), operations);
+        let began = bench.now();
+        assert!(rover.borrow_mut().run_until(ms(3_000), |rover| !cut(rover)));
+        let was_away = bench.now().since(began);
+        assert!(was_away.0.abs_diff(away.0) <= SLACK.0, "{was_away:?}");
+        bench.reconnect();
+        bench.disarmed();
+        bench.wait(ms(1_000));
+    }
 }
 
 // Panic, hard fault: PWM 0 in the handler, text kept over the reset.

@@ -21,11 +21,12 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{Receiver, Sender};
 use heapless::String;
 use rover_shared::rover::Rover;
-use rover_shared::supervisor::{Input, Loop};
+use rover_shared::supervisor::{GUARD_PERIOD, Input, LOOP_SILENCE, Loop};
 use rover_shared::wire::frame::{Decoder, Encoder, Frame, FrameError, MAX_FRAME};
 use rover_shared::wire::message::{Ack, Command, Report, TEXT_BYTES};
 
 use crate::guard::Watch;
+use crate::store::LONGEST_ERASURE;
 use crate::usb::{PACKET, Usb};
 use crate::{guard, sense, usb};
 
@@ -34,7 +35,13 @@ type Text = String<TEXT_BYTES>;
 /// How often the port is looked at while nothing is to be sent.
 const PERIOD: Duration = Duration::from_millis(40);
 /// How long a packet may wait for the host. A listening host fetches it within 1 ms.
-const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
+const WRITE_TIMEOUT: Duration = Duration::from_millis(40);
+
+// This loop says that it lives before it waits and afterwards, and the erasure of a sector, for which
+// everything stands still, may fall in between.
+const _: () = assert!(
+    WRITE_TIMEOUT.as_micros() + LONGEST_ERASURE.as_micros() < LOOP_SILENCE.minus(GUARD_PERIOD).0
+);
 
 /// How long the next command waits for room for the answer to this one, if the host asks faster than
 /// it listens.

@@ -33,6 +33,8 @@ const _: () = assert!(
     "slots have room for the longest content"
 );
 
+/// What a sector's erasure takes at worst (W25Q16JV data sheet, 9.6: tSE).
+pub const LONGEST_ERASURE: Duration = Duration::from_millis(400);
 /// How often to look whether something is to be saved.
 const PERIOD: Duration = Duration::from_millis(100);
 /// What the loops get between two operations.

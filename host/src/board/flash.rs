@@ -17,10 +17,14 @@ pub const SIZE: usize = 2 << 20;
 pub const SECTOR: u32 = 4096;
 /// What is programmed at once.
 pub const PAGE: u32 = 256;
-/// Erasing a sector (data sheet, typical; 400 ms at most).
+/// Erasing a sector (data sheet, typical).
 pub const ERASE_TIME: Cycles = 45_000 * CYCLES_PER_MICROSECOND;
-/// Programming a page (typical; 3 ms at most).
+/// Erasing a sector (data sheet, at most).
+pub const LONGEST_ERASE_TIME: Cycles = 400_000 * CYCLES_PER_MICROSECOND;
+/// Programming a page (typical).
 pub const PROGRAM_TIME: Cycles = 400 * CYCLES_PER_MICROSECOND;
+/// Programming a page (at most).
+pub const LONGEST_PROGRAM_TIME: Cycles = 3_000 * CYCLES_PER_MICROSECOND;
 
 /// What is done to a sector or page.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -40,10 +44,12 @@ pub enum Operation {
 }
 
 impl Operation {
-    const fn time(&self) -> Cycles {
-        match self {
-            Self::Erase { .. } => ERASE_TIME,
-            Self::Program { .. } => PROGRAM_TIME,
+    const fn time(&self, slow: bool) -> Cycles {
+        match (self, slow) {
+            (Self::Erase { .. }, false) => ERASE_TIME,
+            (Self::Erase { .. }, true) => LONGEST_ERASE_TIME,
+            (Self::Program { .. }, false) => PROGRAM_TIME,
+            (Self::Program { .. }, true) => LONGEST_PROGRAM_TIME,
         }
     }
 }
@@ -67,7 +73,8 @@ pub struct Flash {
     /// When the operation at the queue's head began.
     began: Cycles,
     completed: u64,
-    power_cut: Option<PowerCut>,
+    slow: bool,
+    power_cuts: Vec<PowerCut>,
     power_lost: bool,
 }
 
@@ -87,7 +94,8 @@ impl Flash {
             queue: VecDeque::new(),
             began: 0,
             completed: 0,
-            power_cut: None,
+            slow: false,
+            power_cuts: Vec::new(),
             power_lost: false,
         }
     }
@@ -131,7 +139,13 @@ impl Flash {
     /// Cuts the power during the operation with this number, counted as
     /// [`operations`](Self::operations) does: the next one has the number that is given there now.
     pub fn cut_power_at(&mut self, operation: u64, seed: u64) {
-        self.power_cut = Some(PowerCut { operation, seed });
+        self.power_cuts.push(PowerCut { operation, seed });
+    }
+
+    /// Whether operations take as long as the data sheet allows, as those of a worn chip in the cold,
+    /// rather than what is typical.
+    pub fn set_slow(&mut self, slow: bool) {
+        self.slow = slow;
     }
 
     /// Whether the power was cut since this was last asked.
@@ -156,21 +170,23 @@ impl Flash {
     pub fn next_event(&self) -> Option<Cycles> {
         let operation = self.queue.front()?;
         let time = match self.due_cut() {
-            Some(cut) => cut_time(cut.seed, operation.time()),
-            None => operation.time(),
+            Some(cut) => cut_time(cut.seed, operation.time(self.slow)),
+            None => operation.time(self.slow),
         };
         Some(self.began + time)
     }
 
     fn due_cut(&self) -> Option<PowerCut> {
-        self.power_cut.filter(|cut| cut.operation == self.completed)
+        let mut cuts = self.power_cuts.iter().copied();
+        cuts.find(|cut| cut.operation == self.completed)
     }
 
     /// Completes the operations that are over by now.
     pub fn advance(&mut self, now: Cycles) {
         while let Some(at) = self.next_event().filter(|&at| at <= now) {
             if let Some(cut) = self.due_cut() {
-                self.power_cut = None;
+                self.power_cuts
+                    .retain(|other| other.operation != cut.operation);
                 self.lose_power(at, cut.seed);
                 self.power_lost = true;
                 return;
@@ -203,7 +219,7 @@ impl Flash {
     /// The supply fails: what is under way stays half done, what waits is not done.
     pub fn lose_power(&mut self, now: Cycles, seed: u64) {
         if let Some(operation) = self.queue.pop_front() {
-            let share = (now - self.began) as f64 / operation.time() as f64;
+            let share = (now - self.began) as f64 / operation.time(self.slow) as f64;
             self.half_apply(&operation, share.clamp(0.0, 1.0), seed);
             self.completed += 1;
         }

@@ -63,6 +63,8 @@ pub struct Emulation {
     progress: RunProgress,
     /// When the power comes back.
     power_back: Option<Instant>,
+    /// Power cuts in the middle of flash operations, counted from 1, and for how long.
+    cuts_of_operations: Vec<(u32, Option<Duration>)>,
     /// Hears what the board says, to count its actions.
     listener: Decoder,
     /// Where the vehicle was, slice by slice, as far back as an action may take.
@@ -92,18 +94,14 @@ impl Emulation {
             tasks: Tasks::of(image),
             progress: RunProgress::default(),
             power_back: None,
+            cuts_of_operations: Vec::new(),
             listener: Decoder::new(),
             track: Track::default(),
             scenario: scenario.clone(),
             machine,
             seed,
         };
-        for (operation, fault) in emulation.schedule.at_flash_operations() {
-            // In the middle of the operation, which no slice's end would meet.
-            if fault == Fault::PowerCut {
-                emulation.machine.cut_power_at(u64::from(operation), seed);
-            }
-        }
+        emulation.order_cuts_of_operations();
         emulation.sense();
         Ok(emulation)
     }
@@ -141,6 +139,18 @@ impl Emulation {
     /// Adds faults to those still to come.
     pub fn add_faults(&mut self, faults: &[crate::vehicle::ScheduledFault]) {
         self.schedule.extend(faults);
+        self.order_cuts_of_operations();
+    }
+
+    /// No slice's end would meet the middle of an operation: the flash cuts the power itself.
+    fn order_cuts_of_operations(&mut self) {
+        for (number, lasts) in self.schedule.take_cuts_of_operations() {
+            // What was carried out before is not to be cut any more.
+            let operation = u64::from(number.saturating_sub(1));
+            self.machine
+                .cut_power_at(operation, self.seed ^ u64::from(number));
+            self.cuts_of_operations.push((number, lasts));
+        }
     }
 
     /// Where the rover was switched on, and what stands around it.
@@ -257,7 +267,8 @@ impl Emulation {
                 self.progress.actions += 1;
             }
         }
-        self.progress.flash_operations = self.machine.flash_operations() as u32;
+        let begun = self.machine.flash_operations() + u64::from(self.machine.flash_busy());
+        self.progress.flash_operations = u32::try_from(begun).unwrap_or(u32::MAX);
         self.track
             .note(Instant(self.machine.timer_us()), self.vehicle.pose());
     }
@@ -307,6 +318,7 @@ impl Emulation {
     fn set_fault(&mut self, fault: Fault, on: bool) {
         match fault {
             Fault::TaskHang(of) => self.tasks.hang(&mut self.machine, of, on),
+            Fault::FlashSlow => self.machine.set_flash_slow(on),
             Fault::ControlOverrun => self.tasks.overrun(&mut self.machine, on),
             fault => self.cable.set_fault(&mut self.machine, fault, on),
         }
@@ -315,7 +327,13 @@ impl Emulation {
     /// The power was cut in the middle of a flash operation.
     fn note_power_cut(&mut self) {
         if !self.machine.powered() && self.power_back.is_none() {
-            self.power_back = Some(self.now().after(POWER_AWAY));
+            let ended = self.machine.flash_operations();
+            let lasts = self
+                .cuts_of_operations
+                .iter()
+                .find(|(number, _)| u64::from(*number) == ended)
+                .and_then(|(_, lasts)| *lasts);
+            self.power_back = Some(self.now().after(lasts.unwrap_or(POWER_AWAY)));
         }
     }
 

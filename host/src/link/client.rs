@@ -143,6 +143,9 @@ impl Client {
 
     /// Whether heartbeats are sent, as [`Mode::Host`](rover_shared::wire::message::Mode::Host)
     /// needs them: at every call that waits.
+    ///
+    /// # Errors
+    /// The first is refused or not answered; none are sent then.
     pub fn send_heartbeats(&mut self, on: bool) -> Result<(), LinkError> {
         self.heartbeat = None;
         if on {

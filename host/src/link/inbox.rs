@@ -95,7 +95,7 @@ impl Inbox {
     /// Keeps a report to be read.
     pub(super) fn keep(&mut self, mut received: Received) {
         let lost = received.lost.saturating_add(self.missing);
-        if self.waiting.len() == CAPACITY {
+        if self.waiting.len() >= CAPACITY {
             self.missing = lost.saturating_add(1);
             self.counters.unread = self.counters.unread.saturating_add(1);
             return;
@@ -115,7 +115,8 @@ impl Inbox {
         self.waiting.pop_front()
     }
 
-    /// Puts back what was taken, before what waits.
+    /// Puts back what was taken, before what waits; it may be over the capacity by as much then,
+    /// but takes nothing new.
     pub(super) fn put_back(&mut self, read: Vec<Received>) {
         for received in read.into_iter().rev() {
             self.waiting.push_front(received);

@@ -36,6 +36,24 @@ struct Pending {
     left: u32,
 }
 
+impl Pending {
+    /// A later command has been given: sent again, this one would come after it. Only a disarming
+    /// may.
+    fn overtake(&mut self) {
+        if self.command != Command::Disarm {
+            self.left = 0;
+        }
+    }
+}
+
+/// Whether a command only asks, so that it does not matter which comes first.
+fn only_asks(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::ReadStatus | Command::PullKnowledge { .. } | Command::Ping | Command::Heartbeat
+    )
+}
+
 impl Live {
     /// A rover that was introduced.
     pub fn new(mut client: Client) -> Self {
@@ -185,11 +203,14 @@ impl Source for Live {
             let reason = "the rover is not connected".into();
             self.happened
                 .push(Happening::Unanswered { command, reason });
-        } else if self.pending.len() == MOST_PENDING && command != Command::Disarm {
+        } else if self.pending.len() >= MOST_PENDING && command != Command::Disarm {
             let reason = "the rover has not answered the commands before".into();
             self.happened
                 .push(Happening::Unanswered { command, reason });
         } else {
+            if !only_asks(&command) {
+                self.pending.iter_mut().for_each(Pending::overtake);
+            }
             let times = attempts(&command);
             self.post(command, times);
         }

@@ -66,6 +66,8 @@ pub enum Fault {
     UsbTruncatedIn,
     /// Frames to the host lose their ends.
     UsbTruncatedOut,
+    /// Erasing and programming the flash takes as long as its data sheet allows: 400 ms a sector.
+    FlashSlow,
     /// The board loses its supply, for its time or 0.1 s, and starts anew; at a flash operation,
     /// in the middle of it.
     PowerCut,
@@ -78,7 +80,7 @@ pub enum Fault {
 }
 
 /// Words of a fault, and what it is.
-const SIMPLE: [(&str, Fault); 13] = [
+const SIMPLE: [(&str, Fault); 14] = [
     ("compass silent", Fault::CompassSilent),
     ("compass stuck", Fault::CompassStuck),
     ("compass garbage", Fault::CompassGarbage),
@@ -89,6 +91,7 @@ const SIMPLE: [(&str, Fault); 13] = [
     ("usb garbage out", Fault::UsbGarbageOut),
     ("usb truncated in", Fault::UsbTruncatedIn),
     ("usb truncated out", Fault::UsbTruncatedOut),
+    ("flash slow", Fault::FlashSlow),
     ("power cut", Fault::PowerCut),
     ("brown out", Fault::BrownOut),
     ("control overrun", Fault::ControlOverrun),
@@ -134,7 +137,7 @@ const MOTOR: [(&str, &str, OfSide); 2] = [
 pub const POSSIBLE: &str = "ir CHANNEL open|shorted|frozen|noisy (CHANNEL: front left, front \
     right, left, right), compass silent|stuck|garbage|rotated, motor SIDE dead, wheels SIDE \
     slipping (SIDE: left, right, both), usb unplugged|deaf|garbage in|garbage out|truncated \
-    in|truncated out, power cut, brown out, task NAME hang (NAME: sense, control, drive, link, \
+    in|truncated out, flash slow, power cut, brown out, task NAME hang (NAME: sense, control, drive, link, \
     store), control overrun";
 
 /// What is written is no fault.
@@ -276,7 +279,7 @@ mod tests {
     #[test]
     fn every_fault_is_read_as_it_is_written() {
         let all = Fault::all();
-        assert_eq!(all.len(), 13 + 16 + 6 + 5);
+        assert_eq!(all.len(), 14 + 16 + 6 + 5);
         for fault in all {
             assert_eq!(fault.to_string().parse(), Ok(fault));
             let hyphens = fault.to_string().replace(' ', "-").to_uppercase();

@@ -27,7 +27,8 @@ pub enum Moment {
     Time(Instant),
     /// When so many actions are done.
     Action(u32),
-    /// At this flash operation, erase or program, counted from 1.
+    /// At this flash operation, erase or program, counted from 1: when it has begun, or for a power
+    /// cut in the middle of it.
     FlashOperation(u32),
 }
 
@@ -135,7 +136,7 @@ pub struct RunProgress {
     pub time: Instant,
     /// Actions done.
     pub actions: u32,
-    /// Flash operations begun, the one that is about to begin included.
+    /// Flash operations begun.
     pub flash_operations: u32,
 }
 
@@ -177,12 +178,18 @@ impl Schedule {
         self.waiting.extend_from_slice(faults);
     }
 
-    /// The faults still to come that are given a flash operation, and which.
-    pub fn at_flash_operations(&self) -> impl Iterator<Item = (u32, Fault)> + '_ {
-        self.waiting.iter().filter_map(|next| match next.at {
-            Moment::FlashOperation(n) => Some((n, next.fault)),
-            Moment::Time(_) | Moment::Action(_) => None,
-        })
+    /// Takes out the power cuts that are to come in the middle of a flash operation, which only the
+    /// flash itself can meet: the operation's number from 1, and for how long.
+    pub fn take_cuts_of_operations(&mut self) -> Vec<(u32, Option<Duration>)> {
+        let mut taken = Vec::new();
+        self.waiting.retain(|next| match (next.fault, next.at) {
+            (Fault::PowerCut, Moment::FlashOperation(n)) => {
+                taken.push((n, next.lasts));
+                false
+            }
+            _ => true,
+        });
+        taken
     }
 
     /// Whether nothing is to come and nothing is to end.
@@ -298,8 +305,11 @@ mod tests {
         let mut schedule = Schedule::new(vec![
             parsed("2+3:compass silent"),
             parsed("action 4:wheels both slipping"),
-            parsed("flash 2+9:power cut"),
+            parsed("flash 2+9:flash slow"),
+            parsed("flash 3+8:power cut"),
         ]);
+        let eight = Some(Duration(8_000_000));
+        assert_eq!(schedule.take_cuts_of_operations(), [(3, eight)]);
         let mut progress = RunProgress::default();
         assert!(schedule.update(&progress).is_empty() && !schedule.is_settled());
         progress.time = Instant(2_000_000);
@@ -317,8 +327,10 @@ mod tests {
         progress.flash_operations = 2;
         assert_eq!(
             schedule.update(&progress).began,
-            [(Fault::PowerCut, Some(Duration(9_000_000)))]
+            [(Fault::FlashSlow, Some(Duration(9_000_000)))]
         );
+        progress.time = Instant(14_000_000);
+        assert_eq!(schedule.update(&progress).ended, [Fault::FlashSlow]);
         assert_eq!(schedule.active(), [slipping]);
         assert!(schedule.is_settled());
     }

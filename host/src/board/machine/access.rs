@@ -141,16 +141,26 @@ impl Machine {
         self.bus.flash.bytes_mut()
     }
 
-    /// Operations that the flash has carried out.
+    /// Operations that the flash has carried out, those that a power cut ended half done included.
     pub fn flash_operations(&self) -> u64 {
         self.bus.flash.operations()
     }
 
+    /// Whether the flash is erasing or programming.
+    pub fn flash_busy(&self) -> bool {
+        self.bus.flash.busy()
+    }
+
     /// Cuts the power during the flash operation with this number, counted as
     /// [`flash_operations`](Self::flash_operations) does, at a moment within it that the seed
-    /// decides, as it decides what is left.
+    /// decides, as it decides what is left. One more order cuts it once more.
     pub fn cut_power_at(&mut self, operation: u64, seed: u64) {
         self.bus.flash.cut_power_at(operation, seed);
+    }
+
+    /// Whether the flash is as slow as its data sheet allows.
+    pub fn set_flash_slow(&mut self, slow: bool) {
+        self.bus.flash.set_slow(slow);
     }
 
     /// How the core spent its time since the machine was made, time without power left out.
