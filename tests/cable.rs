@@ -598,7 +598,7 @@ fn unplug(cycles: u64) {
         0,
         "within connections no frame is lost"
     );
-    recorder.finish().unwrap();
+    recorder.finish(|_| {}).unwrap();
     let files = [std::fs::read(&path).unwrap()];
     let recording = Recording::read(&files).unwrap();
     let gaps = recording

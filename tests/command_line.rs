@@ -505,7 +505,7 @@ fn places_that_cannot_be_written_are_refused_before_learning() {
     assert_fails(
         &["learn", "--out", &inside],
         1,
-        &["a-file", "cannot be written", "--out"],
+        &["a-file", "cannot be written", "choose another place"],
     );
     assert_eq!(names(folder.0.path()), ["a-file"]);
 }

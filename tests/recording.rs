@@ -83,7 +83,7 @@ impl Bench {
 
     /// The contents of the files.
     fn finish(self) -> (Vec<Vec<u8>>, tempfile::TempDir) {
-        let written = self.recorder.finish().unwrap();
+        let written = self.recorder.finish(|_| {}).unwrap();
         let read = |path: &PathBuf| std::fs::read(path).unwrap();
         (written.files.iter().map(read).collect(), self.folder)
     }

@@ -1,17 +1,27 @@
 //! Writing files so that nothing half-written is left behind.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// A file or folder could not be written.
 #[derive(Debug, thiserror::Error)]
-#[error("{path}: cannot be written: {error}; choose another place with --out")]
+#[error("{path}: {}", said(error))]
 pub struct WriteError {
     /// Which.
     pub path: String,
     /// Why not.
     pub error: std::io::Error,
+}
+
+/// The error and what to do about it.
+fn said(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::AlreadyExists => {
+            "cannot be written: it is there already; choose another name".into()
+        }
+        _ => format!("cannot be written: {error}; choose another place"),
+    }
 }
 
 impl WriteError {
@@ -30,6 +40,9 @@ impl WriteError {
 /// If it cannot.
 pub fn writable_folder(folder: &Path) -> Result<(), WriteError> {
     let try_it = || {
+        if folder.is_file() {
+            return Err(ErrorKind::NotADirectory.into());
+        }
         fs::create_dir_all(folder)?;
         let probe = partial(&folder.join("probe"));
         File::create(&probe)?;
@@ -44,10 +57,7 @@ pub fn writable_folder(folder: &Path) -> Result<(), WriteError> {
 /// # Errors
 /// If it cannot be written; the file beside it is removed.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
-    let mut file = Replacement::new(path)?;
-    let written = file.file().write_all(bytes);
-    written.map_err(|error| WriteError::new(path, error))?;
-    file.commit()
+    Replacement::new(path)?.complete(bytes)
 }
 
 /// A file that takes its place only when it is complete, and is removed if it never is.
@@ -78,6 +88,16 @@ impl Replacement {
         self.file
             .as_mut()
             .expect("only commit, which consumes the value, takes the file")
+    }
+
+    /// Writes these bytes and puts the file in its place.
+    ///
+    /// # Errors
+    /// As [`commit`](Self::commit).
+    pub fn complete(mut self, bytes: &[u8]) -> Result<(), WriteError> {
+        let written = self.file().write_all(bytes);
+        written.map_err(|error| WriteError::new(&self.path, error))?;
+        self.commit()
     }
 
     /// Puts the file in its place.

@@ -1,6 +1,8 @@
 //! Recording a rover while it is heard: what `rover record` does, for every program that talks to
 //! a rover.
 
+use std::collections::VecDeque;
+
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::message::{Event, EventKind, Mode, Refusal, Report, State};
 
@@ -30,6 +32,8 @@ pub struct Recorder {
     client: Client,
     log: RecordingWriter,
     asked: Instant,
+    /// What was said and written while the knowledge was pulled.
+    heard: VecDeque<Received>,
     /// The knowledge is to be pulled when it can be.
     pull: bool,
 }
@@ -51,6 +55,7 @@ impl Recorder {
             asked: client.now(),
             client,
             log,
+            heard: VecDeque::new(),
             pull: true,
         };
         recorder.log.hear(&hello)?;
@@ -81,6 +86,9 @@ impl Recorder {
         }
         if self.pull {
             self.pull()?;
+        }
+        if let Some(heard) = self.heard.pop_front() {
+            return Ok(Some(heard));
         }
         let next = self.client.next(patience)?;
         self.write_commands()?;
@@ -134,17 +142,22 @@ impl Recorder {
         }
     }
 
-    /// Ends the recording with what the rover knows, if it does not drive.
+    /// Ends the recording with what the rover knows, if it does not drive; what it still says goes
+    /// to `hear` as well.
     ///
     /// # Errors
     /// Nothing can be written. That the rover cannot be heard any more is no error.
-    pub fn finish(mut self) -> Result<Written, WriteError> {
+    pub fn finish(mut self, mut hear: impl FnMut(&Received)) -> Result<Written, WriteError> {
         self.pull = true;
         let until = self.client.now().after(LAST_WORD);
         let mut drained = 0;
         while self.client.now() < until || drained > 0 {
             drained = match self.next(until.since(self.client.now())) {
-                Ok(heard) => heard.map_or(0, |_| 1),
+                Ok(None) => 0,
+                Ok(Some(received)) => {
+                    hear(&received);
+                    1
+                }
                 Err(RecordError::Write(error)) => return Err(error),
                 Err(RecordError::Link(_)) => break,
             };
@@ -179,6 +192,7 @@ impl Recorder {
                 // What was said before is written before.
                 while let Some(received) = self.client.next(Duration::ZERO)? {
                     self.write(&received)?;
+                    self.heard.push_back(received);
                 }
                 Ok(self.log.knowledge(self.client.now(), &bytes)?)
             }

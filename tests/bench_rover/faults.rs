@@ -223,7 +223,7 @@ fn wheels_that_do_not_move_the_rover_are_stopped_within_a_second_and_disarmed_at
 }
 
 #[test]
-fn half_a_drive_never_drives_for_long_and_ends_disarmed_or_goes_on() {
+fn half_a_drive_never_drives_for_long_without_a_rest() {
     for side in [Side::Left, Side::Right] {
         for fault in [Fault::WheelsSlipping(side), Fault::MotorDead(side)] {
             course(fault, Duration::from_millis(120_000), |bench, course| {
@@ -240,7 +240,7 @@ fn half_a_drive_never_drives_for_long_and_ends_disarmed_or_goes_on() {
 }
 
 #[test]
-fn what_cannot_be_told_from_the_world_does_no_harm() {
+fn what_cannot_be_told_from_the_world_drives_no_longer_than_a_move() {
     let faults = [
         Fault::CompassRotated,
         Fault::IrNoisy(Channel::FrontLeft),

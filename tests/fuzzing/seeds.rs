@@ -110,7 +110,7 @@ fn recording() -> Vec<u8> {
     }
     recorder.client().ask(&Command::Disarm).unwrap();
     recorder.next(Duration::from_millis(100)).unwrap();
-    recorder.finish().unwrap();
+    recorder.finish(|_| {}).unwrap();
     std::fs::read(path).unwrap()
 }
 

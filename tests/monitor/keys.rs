@@ -186,6 +186,27 @@ fn a_rover_that_says_nothing_keeps_no_key_waiting_and_is_called_silent() {
 }
 
 #[test]
+fn a_repeated_command_never_comes_after_a_later_one() {
+    for (keys, armed) in [("al ", false), ("ali", true), ("a ", false)] {
+        let mut scene = Scene::learning(1, 2);
+        scene.press(" ");
+        scene.run(1);
+        // All answers but those to the last key are lost, so that the commands before it are taken
+        // for lost, too.
+        let (before, last) = keys.split_at(keys.len() - 1);
+        scene.rover.borrow_mut().lose = u32::MAX;
+        scene.press(before);
+        scene.rover.borrow_mut().lose = 0;
+        scene.press(last);
+        scene.run(5);
+        let state = scene.watch.dashboard.state;
+        let expected = if armed { State::Armed } else { State::Disarmed };
+        assert_eq!(state, Some(expected), "{keys:?}: {:?}", scene.notes());
+        assert!(!drives(&mut scene), "{keys:?}");
+    }
+}
+
+#[test]
 fn one_clock_tells_when_things_happened() {
     let mut scene = Scene::new(1);
     scene.run(4);

@@ -15,6 +15,9 @@ pub enum ElfError {
     /// It ends before its last segment does.
     #[error("an ELF file that is cut off")]
     Truncated,
+    /// Its segments hold the same bytes more than once.
+    #[error("a damaged ELF file: its segments overlap; build it again")]
+    Overlap,
     /// It is for another processor.
     #[error("an ELF file for machine {0}, not for ARM (40)")]
     Machine(u16),
@@ -74,7 +77,7 @@ impl Image {
             return Err(ElfError::NotExecutable);
         }
         let mut segments = Vec::new();
-        let mut ram_bytes = 0u32;
+        let (mut ram_bytes, mut loaded) = (0u32, 0);
         for segment in file.elf_program_headers() {
             let data = segment
                 .data(endian, bytes)
@@ -84,6 +87,11 @@ impl Image {
             }
             if segment.p_type(endian) == PT_LOAD && !data.is_empty() {
                 let address = segment.p_paddr(endian);
+                // Segments of a damaged file may all claim the whole of it.
+                loaded += data.len();
+                if loaded > bytes.len() {
+                    return Err(ElfError::Overlap);
+                }
                 segments.push(Segment {
                     address,
                     bytes: data.to_vec(),

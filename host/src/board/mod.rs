@@ -16,8 +16,6 @@
 //!
 //! What is missing: the second core, UART, SPI, PIO and RTC, wait states and the flash cache. What
 //! takes the clock to stop or change (dormant and deep sleep) has no effect.
-//! [`cpu::Bus`]. [`elf`] reads what is to be run. [`bare`] is the smallest machine that runs it:
-//! flash, RAM and semihosting.
 //!
 //! [`peripheral`] says what a block of registers is to the bus. [`usb`] is the one with a cable: the
 //! device controller and the computer at the other end.

@@ -52,10 +52,8 @@ impl Profile {
     /// The program has other functions than the firmware.
     pub fn start(machine: &mut Machine, image: &Image) -> Result<Self, NotFound> {
         let functions = |parts: &[&str; 3]| -> Vec<u32> {
-            let matching = image
-                .symbols()
-                .filter(|(name, symbol)| symbol.size > 0 && parts.iter().all(|p| name.contains(p)));
-            matching.map(|(_, symbol)| symbol.address).collect()
+            let matching = image.symbols_with(parts).filter(|symbol| symbol.size > 0);
+            matching.map(|symbol| symbol.address).collect()
         };
         let step = *functions(&STEP)
             .first()

@@ -67,7 +67,9 @@ impl Timer {
 
     /// Microseconds, if the tick is set up for that.
     pub fn count(&self, now: Cycles) -> u64 {
-        self.count + self.running_tick().ticks_in(now - self.since)
+        // A program may set the count to anything.
+        let ticks = self.running_tick().ticks_in(now - self.since);
+        self.count.wrapping_add(ticks)
     }
 
     /// Counts another tick from now on.

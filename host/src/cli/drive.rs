@@ -14,8 +14,8 @@ const MOVE_WITHIN: Duration = Duration::from_millis(60_000);
 
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "The rover has to be armed (`rover arm`), and is disarmed afterwards.
-Example:  rover arm && rover drive --left 20 --advance 7"
+    after_help = "The rover has to be armed (--arm, or `rover arm` before), and is disarmed afterwards.
+Example:  rover drive --arm --left 20 --advance 7"
 )]
 pub struct Arguments {
     /// Turn to the left first, in degrees
@@ -25,9 +25,12 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG", value_parser = values::turn)]
     right: Option<Microdegrees>,
     /// Then advance, in cm, at most 100
-    #[arg(long, value_name = "CM", value_parser = values::centimetres,
+    #[arg(long, value_name = "CM", value_parser = values::advance,
           required_unless_present_any = ["left", "right"])]
     advance: Option<Micrometres>,
+    /// Arm first
+    #[arg(long)]
+    arm: bool,
     #[command(flatten)]
     port: PortArguments,
     /// Print the result as JSON
@@ -45,7 +48,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut client = arguments.port.connect()?;
     let interrupt = Interrupt::listen()?;
     let began = client.now();
-    let moved = make(&mut client, &interrupt, &Command::Drive { turn, advance });
+    let armed = if arguments.arm {
+        client.ask(&Command::Arm).map_err(Failure::from)
+    } else {
+        Ok(())
+    };
+    let drive = Command::Drive { turn, advance };
+    let moved = armed.and_then(|()| make(&mut client, &interrupt, &drive));
     let took = client.now().since(began);
     // Whatever happened, nothing is to move any more.
     steering::stop(&mut client)?;

@@ -19,6 +19,7 @@ use crate::board::elf::Image;
 use crate::board::rtt::Log;
 use crate::emulation::{Emulation, EmulationReport, Meter};
 use crate::experiment::{Stream, generator};
+use crate::files::Replacement;
 use crate::link::emulated::EmulatedPort;
 use crate::link::{Client, LinkError, Received};
 use crate::log::recording::{RecordingWriter, Written};
@@ -37,7 +38,7 @@ const SILENCE: Duration = Duration::from_millis(30_000);
 
 Examples:
   cargo fw && rover emulate                          500 actions of learning in a room of 5 m
-  rover emulate --task follow --direction 90 --mode run --knowledge out/knowledge.rover
+  rover emulate --task follow --direction 90 --mode run --knowledge out/direction/knowledge.rover
   rover emulate --fault 20+3:compass-silent --fault \"action 60:ir left open\""))]
 pub struct Arguments {
     /// The firmware
@@ -71,7 +72,7 @@ pub struct Arguments {
     #[arg(long = "fault", value_name = "AT:WHAT")]
     faults: Vec<ScheduledFault>,
     /// Record what the board says
-    #[arg(long, value_name = "FILE.mcap")]
+    #[arg(long, value_name = "FILE.mcap", value_parser = values::log_path)]
     log: Option<PathBuf>,
     /// Seconds of wall-clock time after which the run is given up
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
@@ -99,7 +100,7 @@ struct Outcome {
     wall_seconds: f64,
     /// Emulated time over wall-clock time.
     times_real_time: f64,
-    /// Resets, faults and power cuts of the board.
+    /// Resets, hard faults and power cuts of the board.
     incidents: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     log: Option<Written>,
@@ -148,10 +149,10 @@ impl Listener {
         }
     }
 
-    fn finish(self) -> Result<Option<Written>, Failure> {
+    fn finish(self, hear: impl FnMut(&Received)) -> Result<Option<Written>, Failure> {
         match self {
             Self::Host(_) => Ok(None),
-            Self::Recorder(recorder) => Ok(Some(recorder.finish()?)),
+            Self::Recorder(recorder) => Ok(Some(recorder.finish(hear)?)),
         }
     }
 }
@@ -182,7 +183,16 @@ pub fn rover_in(
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.direction.is_some() && arguments.task != TaskChoice::Follow {
+        let text = "--direction is for --task follow: wandering draws its own directions";
+        return Err(Failure::Usage(text.into()));
+    }
     let image = read_firmware(&arguments.elf)?;
+    let place = arguments
+        .save
+        .as_deref()
+        .map(Replacement::new)
+        .transpose()?;
     let rover = rover_in(&image, &arguments.arena, &arguments.faults, arguments.seed)?;
     let rover = Rc::new(RefCell::new(rover));
     let meter = arguments
@@ -211,17 +221,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     client.wait(SETTLING)?;
     let mut listener = Listener::new(client, arguments.log.as_deref())?;
     steering.begin(listener.client())?;
-    let driven = drive(arguments, &rover, &mut listener, &interrupt, began);
+    let mut drive = Drive::default();
+    let driven = watch(
+        arguments,
+        &rover,
+        &mut listener,
+        &interrupt,
+        began,
+        &mut drive,
+    );
     // Whatever happened: the motors off, then the file whole.
     let stopped = steering::stop(listener.client());
-    let saved = match &arguments.save {
-        Some(path) if driven.is_ok() => save(listener.client(), path),
+    let saved = match place {
+        Some(place) if stopped.is_ok() => save(listener.client(), place),
         _ => Ok(()),
     };
-    let log = listener.finish()?;
-    let drive = driven?;
-    stopped?;
-    saved?;
+    let log = listener.finish(|received| drive.hear(received));
+    tell_outstanding(&rover.borrow());
+    let ended = driven.and(stopped).and(saved);
+    let log = match (log, &ended) {
+        (Ok(log), _) => log,
+        (Err(error), Ok(())) => return Err(error),
+        (Err(_), Err(_)) => None,
+    };
     let emulated_seconds = rover.borrow().now().0 as f64 / 1e6;
     let wall_seconds = began.elapsed().as_secs_f64();
     let outcome = Outcome {
@@ -234,14 +256,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         report: meter.map(|meter| meter.report(&rover.borrow())),
     };
     if arguments.json {
-        return print_json(&outcome);
+        print_json(&outcome)?;
+    } else {
+        print(&text(&outcome))?;
     }
-    print(&text(&outcome))
+    ended
 }
 
-fn save(client: &mut Client, path: &Path) -> Result<(), Failure> {
+fn save(client: &mut Client, place: Replacement) -> Result<(), Failure> {
     let bytes = client.pull_knowledge(|_, _| {})?;
-    Ok(crate::files::write_whole(path, &bytes)?)
+    Ok(place.complete(&bytes)?)
+}
+
+/// Faults that were asked for and never came about, so that nobody thinks that the rover stood them.
+fn tell_outstanding(rover: &Emulation) {
+    for fault in rover.outstanding() {
+        eprintln!("rover: the run ended before this fault came about: {fault}");
+    }
 }
 
 /// Lets other programs have the rover.
@@ -278,17 +309,17 @@ fn serve(_: &mut Emulation, _: &Interrupt) -> Result<(), Failure> {
 }
 
 /// Watches the rover until it has done its actions or stopped.
-fn drive(
+fn watch(
     arguments: &Arguments,
     rover: &RefCell<Emulation>,
     listener: &mut Listener,
     interrupt: &Interrupt,
     began: time::Instant,
-) -> Result<Drive, Failure> {
+    drive: &mut Drive,
+) -> Result<(), Failure> {
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} actions  {msg}")?;
     let bar = ProgressBar::new(arguments.steps.into()).with_style(style);
     let mut log = firmware_log(arguments)?;
-    let mut drive = Drive::default();
     let mut heard = listener.client().now();
     while drive.actions < arguments.steps.into() {
         if interrupt.is_set() {
@@ -302,7 +333,7 @@ fn drive(
         }
         let wall = began.elapsed();
         if wall.as_secs() >= arguments.limit {
-            return Err(given_up(&rover.borrow(), &drive, arguments.limit));
+            return Err(given_up(&rover.borrow(), drive, arguments.limit));
         }
         let received = match listener.next(SLICE) {
             Ok(Some(received)) => received,
@@ -310,7 +341,8 @@ fn drive(
             Ok(None) => return Err(silent(&rover.borrow())),
             Err(RecordError::Link(error @ LinkError::Port(_))) => {
                 bar.suspend(|| eprintln!("rover: {error}; waiting for it"));
-                listener.reconnect(&error, &|| interrupt.is_set())?;
+                let back = listener.reconnect(&error, &|| interrupt.is_set());
+                back.map_err(|_| gone(&rover.borrow()))?;
                 match listener.client().status()?.state {
                     State::Driving(_) => continue,
                     state => {
@@ -339,7 +371,7 @@ fn drive(
     }
     bar.finish_and_clear();
     drive.lost_frames = listener.client().counters().lost;
-    Ok(drive)
+    Ok(())
 }
 
 /// The firmware's log, if it is to be shown.
@@ -372,6 +404,14 @@ fn stopped(report: &Report) -> Option<State> {
         }) => Some(*state),
         _ => None,
     }
+}
+
+fn gone(rover: &Emulation) -> Failure {
+    Failure::Failed(format!(
+        "the emulated board left the cable and did not come back within {} s; {}",
+        steering::PATIENCE.0 / 1_000_000,
+        rover.whereabouts()
+    ))
 }
 
 fn silent(rover: &Emulation) -> Failure {
@@ -409,7 +449,7 @@ fn text(outcome: &Outcome) -> String {
     };
     let mut text = format!(
         "{}{ended}\n{emulated_seconds:.1} s emulated in {wall_seconds:.1} s, {times_real_time:.0} times \
-         real time; {incidents} resets, faults and power cuts\n",
+         real time; {incidents} resets, hard faults and power cuts of the board\n",
         drive.line()
     );
     if let Some(log) = log {

@@ -1,6 +1,6 @@
 //! `rover figures`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -45,11 +45,11 @@ struct DrawnFigure {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let recordings = arguments
-        .logs
+    let recordings = together(&arguments.logs)?
         .iter()
-        .map(|path| Ok((path.display().to_string(), read(path)?)))
+        .map(|parts| Ok((parts.name(), parts.read()?)))
         .collect::<Result<Vec<_>, Failure>>()?;
+    comparable(&recordings)?;
     let moment = Moment {
         trial: arguments.trial,
         at: arguments.at,
@@ -79,16 +79,70 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&text)
 }
 
-fn read(path: &Path) -> Result<Recording, Failure> {
-    let fail =
-        |what: &dyn std::fmt::Display| Failure::Failed(format!("{}: {what}", path.display()));
-    let file = std::fs::read(path).map_err(|error| fail(&format!("cannot be read: {error}")))?;
-    let log = Log::read(&file).map_err(|error| fail(&error))?;
-    if log.cut_off {
-        eprintln!(
-            "rover: {}: ends before the log does; drawn up to there",
-            path.display()
-        );
+/// The files of one log: a recording may have several.
+struct Parts {
+    paths: Vec<PathBuf>,
+    files: Vec<Vec<u8>>,
+}
+
+impl Parts {
+    fn name(&self) -> String {
+        let names = self.paths.iter().map(|path| path.display().to_string());
+        names.collect::<Vec<_>>().join(", ")
     }
-    Recording::new(&log).map_err(|error| fail(&error))
+
+    fn fail(&self, what: &dyn std::fmt::Display) -> Failure {
+        Failure::Failed(format!("{}: {what}", self.name()))
+    }
+
+    fn read(&self) -> Result<Recording, Failure> {
+        let log = Log::read_parts(&self.files).map_err(|error| self.fail(&error))?;
+        if log.cut_off {
+            eprintln!(
+                "rover: {}: ends before the log does; drawn up to there",
+                self.name()
+            );
+        }
+        Recording::new(&log).map_err(|error| self.fail(&error))
+    }
+}
+
+/// Reads the files, the later ones of a recording with those before them.
+fn together(paths: &[PathBuf]) -> Result<Vec<Parts>, Failure> {
+    let mut logs: Vec<Parts> = Vec::new();
+    for path in paths {
+        let file = std::fs::read(path).map_err(|error| {
+            Failure::Failed(format!("{}: cannot be read: {error}", path.display()))
+        })?;
+        let later = crate::log::recording::Recording::part_of(&file).is_some_and(|part| part > 1);
+        match logs.last_mut() {
+            Some(log) if later => {
+                log.paths.push(path.clone());
+                log.files.push(file);
+            }
+            _ => logs.push(Parts {
+                paths: vec![path.clone()],
+                files: vec![file],
+            }),
+        }
+    }
+    Ok(logs)
+}
+
+/// Refuses to put into one figure what does not measure the same.
+fn comparable(recordings: &[(String, Recording)]) -> Result<(), Failure> {
+    let kind = |recording: &Recording| (recording.follows_direction(), recording.free_running);
+    let Some(((first, of_first), others)) = recordings.split_first() else {
+        return Ok(());
+    };
+    match others
+        .iter()
+        .find(|(_, other)| kind(other) != kind(of_first))
+    {
+        Some((other, _)) => Err(Failure::Failed(format!(
+            "{first} and {other} are of different tasks, or one of a simulation and one of a rover: \
+             draw them apart"
+        ))),
+        None => Ok(()),
+    }
 }

@@ -27,7 +27,7 @@ const SLICE: Duration = Duration::from_millis(100);
   rover replay rover-1.mcap --verify                      the recording through the core again")]
 pub struct Arguments {
     /// Where to write it; never over another file [default: rover-1.mcap, or the next number]
-    #[arg(long, value_name = "FILE.mcap")]
+    #[arg(long, value_name = "FILE.mcap", value_parser = values::log_path)]
     out: Option<PathBuf>,
     /// Begin another file, FILE-2.mcap and so on, when one has this size
     #[arg(long, value_name = "SIZE", value_parser = values::size)]
@@ -88,7 +88,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         mode: arguments.mode,
     };
     let begun = steering.begin(recorder.client());
-    let heard = match begun {
+    let nothing_done = begun.is_err();
+    let mut heard = match begun {
         Ok(()) => record(&mut recorder, &interrupt, arguments.span),
         Err(error) => Err(error.into()),
     };
@@ -98,9 +99,21 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         Ok(())
     };
-    let written = recorder.finish()?;
-    let drive = heard?;
+    let written = recorder.finish(|received| {
+        if let Ok(drive) = &mut heard {
+            drive.hear(received);
+            drive.lost_frames += u64::from(received.lost);
+        }
+    });
+    // A rover that may still drive is told of before anything else.
     stopped?;
+    if nothing_done {
+        // A recording of a refusal is of no use, and would be in the way of the next try.
+        for file in written.iter().flat_map(|written| &written.files) {
+            let _ = std::fs::remove_file(file);
+        }
+    }
+    let (drive, written) = (heard?, written?);
     tell(arguments, &Answer { written, drive })
 }
 

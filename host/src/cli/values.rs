@@ -1,5 +1,8 @@
 //! Values on the command line that have units.
 
+use std::path::PathBuf;
+
+use rover_shared::motion::LONGEST_ADVANCE;
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
 
@@ -44,6 +47,26 @@ pub fn centimetres(text: &str) -> Result<Micrometres, String> {
     Ok(Micrometres(
         (cm * f64::from(Micrometres::PER_CM)).round() as u32
     ))
+}
+
+/// The length of a move, in cm.
+pub fn advance(text: &str) -> Result<Micrometres, String> {
+    let longest = LONGEST_ADVANCE.0 / Micrometres::PER_CM;
+    centimetres(text)
+        .ok()
+        .filter(|length| *length <= LONGEST_ADVANCE)
+        .ok_or(format!(
+            "expected centimetres, above 0 and at most {longest}"
+        ))
+}
+
+/// Where a log is to be written.
+pub fn log_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(extension) if extension.eq_ignore_ascii_case("mcap") => Ok(path),
+        _ => Err("expected a name that ends in .mcap".into()),
+    }
 }
 
 /// A direction of the wire as compasses have it, in degrees from 0 to below 360.

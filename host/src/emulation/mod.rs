@@ -39,7 +39,9 @@ use crate::board::elf::Image;
 use crate::board::i2c::LineFault;
 use crate::board::machine::{Machine, OutsideFlash};
 use crate::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
-use crate::vehicle::{Build, CompassAnswer, Fault, RunProgress, Schedule, Vehicle};
+use crate::vehicle::{
+    Build, CompassAnswer, Fault, Moment, RunProgress, Schedule, ScheduledFault, Vehicle,
+};
 use cable::Cable;
 use tasks::Tasks;
 use track::Track;
@@ -137,7 +139,7 @@ impl Emulation {
     }
 
     /// Adds faults to those still to come.
-    pub fn add_faults(&mut self, faults: &[crate::vehicle::ScheduledFault]) {
+    pub fn add_faults(&mut self, faults: &[ScheduledFault]) {
         self.schedule.extend(faults);
         self.order_cuts_of_operations();
     }
@@ -169,8 +171,33 @@ impl Emulation {
         self.track.pose_at(board_time)
     }
 
+    /// Faults that have not come about yet.
+    pub fn outstanding(&self) -> Vec<ScheduledFault> {
+        let done = self.machine.flash_operations();
+        let cuts = self.cuts_of_operations.iter().copied();
+        let cuts = cuts
+            .filter(|(number, _)| u64::from(*number) > done)
+            .map(|(number, lasts)| ScheduledFault {
+                at: Moment::FlashOperation(number),
+                lasts,
+                fault: Fault::PowerCut,
+            });
+        cuts.chain(self.schedule.waiting().iter().copied())
+            .collect()
+    }
+
     /// What the board is doing, for whoever wonders why nothing happens.
     pub fn whereabouts(&self) -> String {
+        let faults = self.schedule.active();
+        let mut text = self.whereabouts_of_core();
+        if !faults.is_empty() {
+            let faults: Vec<_> = faults.iter().map(ToString::to_string).collect();
+            text.push_str(&format!("; faults at work: {}", faults.join(", ")));
+        }
+        text
+    }
+
+    fn whereabouts_of_core(&self) -> String {
         if !self.machine.powered() {
             return "it is without power".into();
         }

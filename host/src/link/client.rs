@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::frame::{Encoder, FrameError, MAX_FRAME};
-use rover_shared::wire::message::{Command, Hello, Report, Status};
+use rover_shared::wire::message::{Command, Hello, Refusal, Report, Status};
 use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 
 use super::Port;
@@ -20,6 +20,8 @@ const ATTEMPTS: u32 = 3;
 /// The first hello may fall into the 40 ms after which a rover looks whether its port was opened.
 const HELLO_ATTEMPTS: u32 = 8;
 const HELLO_WITHIN: Duration = Duration::from_millis(250);
+/// How long a rover may be busy with its flash: a dozen sectors, typically of 45 ms each.
+const FLASH_WITHIN: Duration = Duration::from_millis(3_000);
 /// A host that drives is given up after 2 s of silence, and warned of after half a second.
 const HEARTBEAT: Duration = Duration::from_millis(200);
 /// How long a read waits at most before heartbeats are looked at.
@@ -56,7 +58,7 @@ impl Client {
     /// Nobody answers, or not in our protocol.
     pub fn open(port: Box<dyn Port>) -> Result<Self, LinkError> {
         let mut client = Self::new(port);
-        client.introduce()?;
+        client.introduce(HELLO_ATTEMPTS)?;
         Ok(client)
     }
 
@@ -235,9 +237,12 @@ impl Client {
     ) -> Result<(), LinkError> {
         let until = self.port.now().after(patience);
         let mut pause = PAUSES.0;
+        // One at least: who has less patience waits for that.
+        let attempts = u32::try_from(patience.0 / HELLO_WITHIN.0).unwrap_or(u32::MAX);
+        let attempts = attempts.clamp(1, HELLO_ATTEMPTS);
         loop {
             let tried = self.port.reopen().map_err(LinkError::from);
-            match tried.and_then(|()| self.introduce()) {
+            match tried.and_then(|()| self.introduce(attempts)) {
                 Ok(()) => {
                     let counters = &mut self.inbox.counters;
                     counters.reconnected = counters.reconnected.saturating_add(1);
@@ -275,14 +280,14 @@ impl Client {
         self.inbox.put_back(read);
     }
 
-    fn introduce(&mut self) -> Result<(), LinkError> {
+    fn introduce(&mut self, attempts: u32) -> Result<(), LinkError> {
         self.encoder = Encoder::new();
         self.inbox.restart();
         self.fresh.clear();
         // Ends whatever noise the port's opening made at the other end.
         self.port.send(&[0])?;
         let schema = SCHEMA_HASH;
-        for _ in 0..HELLO_ATTEMPTS {
+        for _ in 0..attempts {
             let sequence = self.send(&Command::Hello { schema })?;
             let until = self.port.now().after(HELLO_WITHIN);
             let (mut open, mut hello) = (false, None);
@@ -319,10 +324,29 @@ impl Client {
         })
     }
 
+    /// Has a command answered. While the flash is being written, as for a second after a disarming,
+    /// it is asked again.
     fn transact(
         &mut self,
         command: &Command,
         wanted: impl Fn(Answer<'_>) -> bool,
+    ) -> Result<Option<Report>, LinkError> {
+        let until = self.port.now().after(FLASH_WITHIN);
+        loop {
+            match self.transact_once(command, &wanted) {
+                Err(LinkError::Refused {
+                    refusal: Refusal::FlashBusy,
+                    ..
+                }) if self.port.now() < until => self.wait(PAUSES.0)?,
+                done => return done,
+            }
+        }
+    }
+
+    fn transact_once(
+        &mut self,
+        command: &Command,
+        wanted: &impl Fn(Answer<'_>) -> bool,
     ) -> Result<Option<Report>, LinkError> {
         for _ in 0..attempts(command) {
             let sequence = self.send(command)?;

@@ -83,6 +83,18 @@ impl Log {
     /// # Errors
     /// If it is not a log of this version, or a part of it was changed by anything but cutting.
     pub fn read(file: &[u8]) -> Result<Self, ReadError> {
+        Self::read_parts(&[file])
+    }
+
+    /// The same of a recording that has several files, in order.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); also if there are several files and they are no recording's.
+    pub fn read_parts(files: &[impl AsRef<[u8]>]) -> Result<Self, ReadError> {
+        let [file] = files else {
+            return Sessions::from(Recording::read(files)?).try_into();
+        };
+        let file = file.as_ref();
         if !file.starts_with(MAGIC) {
             return Err(mcap::McapError::BadMagic.into());
         }

@@ -132,7 +132,10 @@ impl Recording {
 
     /// Shows the log up to the action that lies so many after the one shown last, or before it.
     fn step(&mut self, by: i32) {
-        let shown = self.actions.partition_point(|after| *after <= self.at);
+        // Keys may come faster than the log is wound.
+        let winding = !self.playing && (self.goal > self.at || !self.begun);
+        let from = if winding { self.goal } else { self.at };
+        let shown = self.actions.partition_point(|after| *after <= from);
         let goal = shown.saturating_add_signed(by as isize);
         let goal = match goal.checked_sub(1) {
             None => 0,

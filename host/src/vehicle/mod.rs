@@ -140,7 +140,7 @@ impl Vehicle {
         self.steps += 1;
         let speeds = self.motors.step(self.steps, pins, self.defects);
         if speeds != [0.0; 2] {
-            self.body.roll(speeds, 0.001);
+            self.body.roll(speeds, STEP.0 as f64 / 1e6);
             self.seen = [None; CHANNELS];
         }
         self.compass.step(self.body.heading_rad());

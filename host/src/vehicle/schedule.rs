@@ -192,6 +192,11 @@ impl Schedule {
         taken
     }
 
+    /// Those still to come.
+    pub fn waiting(&self) -> &[ScheduledFault] {
+        &self.waiting
+    }
+
     /// Whether nothing is to come and nothing is to end.
     pub fn is_settled(&self) -> bool {
         self.waiting.is_empty() && self.active.iter().all(|(_, until)| until.is_none())

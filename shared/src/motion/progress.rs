@@ -49,9 +49,10 @@ impl Progress {
         }
     }
 
-    /// A move begins.
+    /// A move begins. What changed since the last one, somebody else may have changed.
     pub fn begin_move(&mut self) {
         self.proven = false;
+        self.advancing.reference = None;
     }
 
     /// Whether the move's driven wheels are known to have moved the rover: something changed.
@@ -102,14 +103,11 @@ impl Stretch {
         heading: Microdegrees,
         ranges: [Micrometres; 3],
     ) -> Look {
-        let Some((from, before)) = &self.reference else {
-            self.reference = Some((heading, ranges));
-            return Look::Open;
-        };
-        let moved = heading.turn_from(*from).0.abs() >= p.progress_angle.0
+        let (from, before) = *self.reference.get_or_insert((heading, ranges));
+        let moved = heading.turn_from(from).0.abs() >= p.progress_angle.0
             || ranges
                 .iter()
-                .zip(before)
+                .zip(&before)
                 .any(|(now, then)| now.0.abs_diff(then.0) >= p.progress_distance.0);
         if moved {
             self.reference = Some((heading, ranges));

@@ -47,8 +47,9 @@ pub enum Input {
     Compass(CompassHealth),
     /// The host says that it drives.
     Heartbeat,
-    /// A move ended. One that was completed counts only where the rover is known to have moved: it
-    /// ends a row of moves without progress.
+    /// A move ended. One that was completed ends a row of moves without progress, so it is not to be
+    /// told of where nothing proves that the rover moved
+    /// ([`Move::proven`](crate::motion::Move::proven)).
     Moved(Outcome),
     /// Somebody wants the motors allowed.
     Arm,

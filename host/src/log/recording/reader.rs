@@ -71,6 +71,12 @@ impl Recording {
         })
     }
 
+    /// Which part of a recording the contents of a file are, from 1; `None` if they are none.
+    pub fn part_of(file: &[u8]) -> Option<u32> {
+        let (metadata, _) = read_records(file).ok()?;
+        Some(read_provenance(&metadata?).ok()?.part)
+    }
+
     /// Reads a recording from the contents of its files, in order.
     ///
     /// # Errors

@@ -95,6 +95,12 @@ impl RecordingWriter {
             part: 1,
             follows: None,
         };
+        // Not found out when the first file is full, hours later.
+        let second = numbered(path, 2);
+        if rotate.is_some() && second.exists() {
+            let exists = std::io::ErrorKind::AlreadyExists.into();
+            return Err(WriteError::new(&second, exists));
+        }
         let part = Part::create(path, &provenance).map_err(|e| WriteError::new(path, e))?;
         Ok(Self {
             path: path.to_owned(),
