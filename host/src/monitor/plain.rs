@@ -6,13 +6,13 @@ use std::time::Duration;
 use rover_shared::controller::Familiarity;
 use rover_shared::sensing::Stimulus;
 use rover_shared::sensing::neuron::Activation;
-use rover_shared::wire::message::{Command, Mode, Report, Task};
+use rover_shared::wire::message::{Command, Mode, Task};
 
 use super::happening::Happening;
 use super::keys::{Meaning, direction};
 use super::model::{Action, Dashboard, Knowledge};
-use super::words;
-use crate::log::Entry;
+use crate::link::explain_by_keys;
+use crate::words;
 
 /// Lines that may come at once, and how long it takes until another one may.
 const BURST: u32 = 10;
@@ -78,7 +78,7 @@ impl Plain {
             let text = words::printable(&note.text, false);
             lines.push(time.map_or(text.clone(), |time| format!("{time} {text}")));
         }
-        if let (true, Some(action)) = (is_action(happening), &dashboard.action) {
+        if let (true, Some(action)) = (happening.is_action(), &dashboard.action) {
             lines.extend(self.action(now, action, dashboard));
         }
         lines
@@ -108,14 +108,6 @@ impl Plain {
             self.untold = 0;
         }
         Some(line)
-    }
-}
-
-fn is_action(happening: &Happening) -> bool {
-    match happening {
-        Happening::Report(report) => matches!(**report, Report::Action(_)),
-        Happening::Logged(entry) => matches!(entry, Entry::Step(_)),
-        _ => false,
     }
 }
 
@@ -168,7 +160,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
             Some(false) => ", motors off",
             None => "",
         };
-        lines.push(format!("state {}{motors}", words::state(state)));
+        lines.push(format!("state {}{motors}", words::loud_state(state)));
     }
     if let Some(task) = dashboard.task {
         let direction = dashboard.direction.map(words::compass);
@@ -187,7 +179,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
     }
     lines.push(knowledge(dashboard));
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (words::command(command), words::refusal(*refusal));
+        let (command, refusal) = (words::command(command), explain_by_keys(*refusal));
         lines.push(format!("refused: {command}: {refusal}"));
     }
     lines.push(counters(dashboard));
