@@ -261,7 +261,7 @@ fn commands_do_what_they_say() {
     cable.fails(
         &["task", "follow", "90", "--mode", "run"],
         1,
-        "`rover arm` arms it",
+        "`rover arm` first",
     );
     assert_eq!(cable.json(&["arm"])["state"], "Armed");
     assert_eq!(cable.json(&["disarm"])["state"], "Disarmed");
@@ -277,7 +277,10 @@ fn commands_do_what_they_say() {
         .unwrap();
     assert!((heading - 20_000_000).abs() < 3_000_000, "{heading}");
     assert_eq!(cable.state(), "Disarmed");
-    cable.fails(&["drive", "--right", "20"], 1, "`rover arm` arms it");
+    cable.fails(&["drive", "--right", "20"], 1, "`rover arm` first");
+    let moved = cable.json(&["drive", "--arm", "--right", "20"]);
+    assert_eq!(moved["outcome"], "Completed");
+    assert_eq!(cable.state(), "Disarmed");
 }
 
 #[test]
@@ -286,6 +289,7 @@ fn wrong_use_is_told() {
     cable.fails(&["task", "follow"], 2, "--help");
     cable.fails(&["task", "follow", "400"], 2, "--help");
     cable.fails(&["drive"], 2, "--help");
+    cable.fails(&["drive", "--advance", "101"], 2, "--help");
     cable.fails(&["record", "--rotate", "5"], 2, "--help");
     cable.fails(
         &["calibrate", "range", "left", "500:40"],

@@ -43,8 +43,13 @@ fn json(output: &Output) -> Value {
 }
 
 fn failed(output: &Output, code: i32) -> String {
-    assert_eq!(output.status.code(), Some(code));
     assert!(output.stdout.is_empty());
+    ended_badly(output, code)
+}
+
+/// The error of a run that had begun.
+fn ended_badly(output: &Output, code: i32) -> String {
+    assert_eq!(output.status.code(), Some(code));
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
@@ -222,9 +227,41 @@ fn a_fault_that_ends_the_drive_is_told() {
 }
 
 #[test]
+fn a_run_that_a_fault_ends_for_good_says_so_and_what_there_was() {
+    let output = emulate(&["--steps", "50", "--fault", "10:usb unplugged"]);
+    let error = ended_badly(&output, 1);
+    assert!(error.contains("did not come back within 60 s"), "{error}");
+    assert!(error.contains("faults at work: usb unplugged"), "{error}");
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(summary.contains("s emulated in"), "{summary}");
+}
+
+#[test]
+fn faults_that_never_came_about_are_told() {
+    let faults = ["action 30:ir left open", "flash 90:power cut"];
+    let mut arguments = vec!["--steps", "3"];
+    arguments.extend(faults.iter().flat_map(|fault| ["--fault", *fault]));
+    let output = emulate(&arguments);
+    let told = String::from_utf8(output.stderr).unwrap();
+    for fault in faults {
+        assert!(told.contains(&format!("came about: {fault}")), "{told}");
+    }
+}
+
+#[test]
+fn what_cannot_be_saved_is_refused_before_the_drive() {
+    for option in ["--save", "--log"] {
+        let path = "no-such-folder/place.mcap";
+        let output = emulate(&["--steps", "4000000000", "--limit", "60", option, path]);
+        let error = failed(&output, 1);
+        assert!(error.contains("choose another place"), "{error}");
+    }
+}
+
+#[test]
 fn a_run_that_takes_too_long_is_given_up() {
     let output = emulate(&["--steps", "4000000000", "--limit", "1"]);
-    let error = failed(&output, 1);
+    let error = ended_badly(&output, 1);
     assert!(error.contains("given up after 1 s"), "{error}");
     assert!(error.contains("its core is at 0x"), "{error}");
     assert!(error.contains("--limit"), "{error}");
@@ -258,6 +295,10 @@ fn bad_use_says_what_was_expected() {
         .unwrap();
     let error = failed(&text, 1);
     assert!(error.contains("emulate.rs"), "{error}");
+    let error = failed(&emulate(&["--direction", "90"]), 2);
+    assert!(error.contains("--task follow"), "{error}");
+    let error = failed(&emulate(&["--log", "drive.txt"]), 2);
+    assert!(error.contains(".mcap"), "{error}");
     let error = failed(&emulate(&["--arena", "nowhere"]), 1);
     assert!(error.contains("nowhere"), "{error}");
 }

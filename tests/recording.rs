@@ -16,7 +16,7 @@ use rover_host::link::loopback::{Loopback, LoopbackPort};
 use rover_host::link::{Client, LinkError};
 use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
 use rover_host::log::session::{Knowledge, Sessions};
-use rover_host::log::{Log, ReadError};
+use rover_host::log::{Entry, Log, ReadError};
 use rover_host::recorder::{RecordError, Recorder};
 use rover_host::replay::{self, Replayed};
 use rover_shared::time::Duration;
@@ -405,6 +405,23 @@ fn a_long_recording_is_rotated_and_read_as_one() {
         "{gap}"
     );
     assert!(verify(&files[1..2]).difference.is_none());
+    // Figures take it whole, too.
+    let log = Log::read_parts(&files).unwrap();
+    let steps = log.entries.iter();
+    let steps = steps.filter(|entry| matches!(entry, Entry::Step(_)));
+    assert_eq!(steps.count() as u64, actions(&files) as u64);
+}
+
+#[test]
+fn a_file_that_will_be_in_the_way_is_found_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("drive.mcap");
+    std::fs::write(folder.path().join("drive-2.mcap"), "").unwrap();
+    let refused = RecordingWriter::create(&path, Some(300_000), "test", None);
+    let error = refused.err().unwrap().to_string();
+    assert!(error.contains("drive-2.mcap"), "{error}");
+    assert!(!path.exists());
+    RecordingWriter::create(&path, None, "test", None).unwrap();
 }
 
 #[test]
@@ -415,7 +432,7 @@ fn a_recording_never_overwrites_a_file() {
     let error = RecordingWriter::create(&path, None, "test", None)
         .err()
         .unwrap();
-    assert!(error.to_string().contains("--out"), "{error}");
+    assert!(error.to_string().contains("choose another name"), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), b"something dear");
 }
 

@@ -22,3 +22,4 @@ pub mod reference;
 pub mod replay;
 pub mod report;
 pub mod vehicle;
+pub mod words;

@@ -3,8 +3,9 @@
 use rover_shared::wire::message::{Command, State};
 
 use super::port::PortArguments;
-use super::{Failure, narrate, print, print_json};
+use super::{Failure, print, print_json};
 use crate::link::Client;
+use crate::words;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -35,5 +36,5 @@ pub fn tell_state(client: &mut Client, json: bool) -> Result<(), Failure> {
             motors_enabled: status.motors_enabled,
         });
     }
-    print(&format!("{}\n", narrate::state(status.state)))
+    print(&format!("{}\n", words::state(status.state)))
 }

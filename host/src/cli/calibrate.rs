@@ -13,7 +13,8 @@ use serde_json::json;
 
 use super::port::PortAndFormat;
 use super::{Failure, print, print_json, values};
-use crate::link::{Client, compass_health};
+use crate::link::Client;
+use crate::words;
 
 /// Statuses that a reading is the median of: a second of a sensor that gives a value every 38 ms.
 const READINGS: usize = 25;
@@ -142,8 +143,8 @@ fn compass(points_to: Microdegrees, common: &PortAndFormat) -> Result<(), Failur
         .filter(|_| status.compass == CompassHealth::Good)
     else {
         return Err(Failure::Failed(format!(
-            "the compass {}: check it with `rover status`, then calibrate again",
-            compass_health(status.compass)
+            "the compass is {}: check it with `rover status`, then calibrate again",
+            words::compass_health(status.compass)
         )));
     };
     let offset = points_to.turn_from(heading);
@@ -231,8 +232,8 @@ fn read_counts(client: &mut Client, channel: Channel) -> Result<u16, Failure> {
         let health = status.ranges[channel as usize];
         if health != ChannelHealth::Good {
             return Err(Failure::Failed(format!(
-                "the sensor {}: check it with `rover status`, then calibrate again",
-                crate::link::channel_health(health)
+                "the sensor is {}: check it with `rover status`, then calibrate again",
+                words::channel_health(health)
             )));
         }
         *reading = status.counts[channel as usize];

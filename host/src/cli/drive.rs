@@ -8,6 +8,7 @@ use super::interrupt::Interrupt;
 use super::port::PortArguments;
 use super::{Failure, narrate, print, print_json, steering, values};
 use crate::link::{Client, LinkError};
+use crate::words;
 
 /// A turn ends after 4 s at the latest, and the longest advance takes some ten.
 const MOVE_WITHIN: Duration = Duration::from_millis(60_000);
@@ -65,14 +66,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     } else {
         print(&format!(
             "{} after {seconds:.1} s, disarmed\n",
-            narrate::outcome(outcome)
+            words::outcome(outcome)
         ))?;
     }
     match outcome {
         Outcome::Completed => Ok(()),
         other => Err(Failure::Failed(format!(
             "the move was not completed: {}: `rover status` tells more",
-            narrate::outcome(other)
+            words::outcome(other)
         ))),
     }
 }
@@ -103,5 +104,5 @@ fn make(client: &mut Client, interrupt: &Interrupt, drive: &Command) -> Result<O
     if interrupt.is_set() {
         return Ok(Outcome::Stopped);
     }
-    Err(LinkError::Silent("move").into())
+    Err(LinkError::Silent(words::command(drive)).into())
 }

@@ -25,6 +25,7 @@ use crate::link::{Client, LinkError, Received};
 use crate::log::recording::{RecordingWriter, Written};
 use crate::recorder::{RecordError, Recorder};
 use crate::vehicle::{GRAMMAR, POSSIBLE, Schedule, ScheduledFault};
+use crate::words;
 
 /// Where `cargo fw` puts the firmware.
 pub const FIRMWARE: &str = "target/thumbv6m-none-eabi/firmware/rover-firmware";
@@ -443,7 +444,7 @@ fn text(outcome: &Outcome) -> String {
         report,
     } = outcome;
     let ended = match drive.ended {
-        Some(steering::Ended::ByRover(state)) => format!("; then {}", narrate::state(state)),
+        Some(steering::Ended::ByRover(state)) => format!("; then {}", words::state(state)),
         Some(steering::Ended::Interrupted) => "; then interrupted".into(),
         Some(steering::Ended::Time) | None => String::new(),
     };

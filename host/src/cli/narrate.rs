@@ -1,11 +1,8 @@
 //! What a rover says, as lines for people.
 
-use rover_shared::wire::message::{
-    Event, EventKind, Fault, Hello, Mode, Outcome, Report, ResetReason, State, Task,
-};
+use rover_shared::wire::message::{Event, EventKind, Fault, Hello, Report};
 
-use super::values::as_compass;
-use crate::link::{channel_health, channel_name, compass_health, fault_name};
+use crate::words;
 
 /// A report worth a line; `None` for those that come all the time.
 pub fn line(report: &Report) -> Option<String> {
@@ -16,7 +13,7 @@ pub fn line(report: &Report) -> Option<String> {
         Report::Fault(fault) if fault.fault == Fault::Blocked => return None,
         Report::Fault(fault) => format!(
             "fault: {} (number {} since the reset)",
-            fault_name(fault.fault),
+            words::fault(fault.fault),
             fault.count
         ),
         Report::LastWords(text) => format!("before the last reset: {text}"),
@@ -28,27 +25,27 @@ pub fn line(report: &Report) -> Option<String> {
 
 fn event(kind: &EventKind) -> Option<String> {
     Some(match kind {
-        EventKind::State(state) => self::state(*state),
-        EventKind::MoveEnded(how) => format!("the move ended: {}", outcome(*how)),
+        EventKind::State(state) => words::state(*state),
+        EventKind::MoveEnded(how) => format!("the move ended: {}", words::outcome(*how)),
         EventKind::Direction(direction) => {
-            format!("follows {:.1} degrees", as_compass(*direction))
+            format!("direction {}", words::compass(*direction))
         }
         EventKind::KnowledgeStored { fingerprint } => {
             format!("knowledge {fingerprint:08x} is in the flash")
         }
         EventKind::Range { channel, health } => format!(
-            "range sensor {} {}",
-            channel_name(*channel),
-            channel_health(*health)
+            "{} range sensor: {}",
+            words::channel(*channel),
+            words::channel_health(*health)
         ),
-        EventKind::Compass(health) => format!("compass {}", compass_health(*health)),
+        EventKind::Compass(health) => format!("compass: {}", words::compass_health(*health)),
         EventKind::Session {
             mode,
             seed,
             knowledge,
         } => format!(
             "a session begins: {}, seed {seed}, from knowledge {knowledge:08x}",
-            self::mode(*mode)
+            words::mode(*mode)
         ),
     })
 }
@@ -60,63 +57,9 @@ pub fn hello(hello: &Hello) -> String {
         None => "no valid knowledge".into(),
     };
     format!(
-        "{}, firmware {}, started by {}, {knowledge}",
+        "{}, firmware {}, {}, {knowledge}",
         hello.board,
         hello.firmware,
-        reset(hello.reset)
+        words::reset(hello.reset)
     )
-}
-
-/// Why it started, after "started by".
-pub fn reset(reason: ResetReason) -> &'static str {
-    match reason {
-        ResetReason::PowerOn => "power-on",
-        ResetReason::RunPin => "the RUN pin",
-        ResetReason::Watchdog => "the watchdog",
-        ResetReason::Panic => "a panic",
-        ResetReason::HardFault => "a hard fault",
-        ResetReason::Requested => "request",
-    }
-}
-
-/// What the supervisor allows.
-pub fn state(state: State) -> String {
-    match state {
-        State::Disarmed => "disarmed".into(),
-        State::Armed => "armed".into(),
-        State::Driving(mode) => format!("driving: {}", self::mode(mode)),
-        State::Faulted(fault) => format!("stopped by a fault: {}", fault_name(fault)),
-    }
-}
-
-/// Who drives.
-pub fn mode(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Idle => "idle",
-        Mode::Learn => "learn",
-        Mode::Run => "run",
-        Mode::Host => "host",
-    }
-}
-
-/// What is to be done.
-pub fn task(task: Task) -> &'static str {
-    match task {
-        Task::FollowDirection => "follow a direction",
-        Task::FollowChangingDirection => "follow a direction that changes at random",
-        Task::AimAtTarget => "aim at a target",
-    }
-}
-
-/// How a move ended.
-pub fn outcome(outcome: Outcome) -> &'static str {
-    match outcome {
-        Outcome::Completed => "completed",
-        Outcome::Obstacle => "stopped before an obstacle",
-        Outcome::NoProgress => "no progress",
-        Outcome::TurnTimeout => "the turn took too long",
-        Outcome::CompassLost => "the compass was lost",
-        Outcome::Late => "the control loop was late",
-        Outcome::Stopped => "stopped from outside",
-    }
 }

@@ -6,9 +6,8 @@ use rover_shared::wire::message::{Fault, Hello, Status};
 use serde::Serialize;
 
 use super::port::PortArguments;
-use super::values::as_compass;
 use super::{Failure, narrate, print, print_json};
-use crate::link::{channel_health, channel_name, compass_health, fault_name};
+use crate::words;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -55,37 +54,34 @@ fn describe(port: &str, hello: &Hello, status: &Status) -> String {
     let motors = if status.motors_enabled { "on" } else { "off" };
     line(
         "state",
-        format!("{}, motors {motors}", narrate::state(status.state)),
+        format!("{}, motors {motors}", words::state(status.state)),
     );
-    line("task", narrate::task(status.task).into());
-    line(
-        "direction",
-        format!("{:.1} deg", as_compass(status.direction)),
-    );
+    line("task", words::task(status.task).into());
+    line("direction", words::compass(status.direction));
     line("actions", status.steps.to_string());
     line(
         "compass",
         match status.heading {
-            Some(heading) => format!("{:.1} deg", as_compass(heading)),
-            None => compass_health(status.compass).into(),
+            Some(heading) => words::compass(heading),
+            None => words::compass_health(status.compass).into(),
         },
     );
     for (channel, health) in (0..).zip(status.ranges) {
         let i = usize::from(channel);
-        let cm = f64::from(status.distances[i].0) / 1e4;
+        let cm = words::centimetres(status.distances[i]);
         let counts = status.counts[i];
         line(
-            channel_name(channel),
+            words::channel(channel),
             format!(
-                "{counts:>4} counts, {cm:>5.1} cm, {}",
-                channel_health(health).trim_start_matches("is ")
+                "{counts:>4} counts, {cm:>5} cm, {}",
+                words::channel_health(health)
             ),
         );
     }
     let counted: Vec<_> = Fault::ALL
         .into_iter()
         .filter(|fault| status.counters.of(*fault) > 0)
-        .map(|fault| format!("{} {}", fault_name(fault), status.counters.of(fault)))
+        .map(|fault| format!("{} {}", words::fault(fault), status.counters.of(fault)))
         .collect();
     let faults = if counted.is_empty() {
         "none".into()

@@ -7,7 +7,8 @@ use rover_shared::wire::message::{State, Task};
 use super::interrupt::Interrupt;
 use super::port::PortArguments;
 use super::steering::{self, Ended, ModeChoice, Steering};
-use super::{Failure, narrate, print, print_json, values};
+use super::{Failure, print, print_json, values};
+use crate::words;
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -80,8 +81,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         return print(&format!(
             "{}, {}\n",
-            narrate::task(status.task),
-            narrate::state(status.state)
+            words::task(status.task),
+            words::state(status.state)
         ));
     }
     // Before anything moves, so that Ctrl-C always disarms.
@@ -113,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match drive.ended {
         Some(Ended::ByRover(State::Faulted(fault))) => Err(Failure::Failed(format!(
             "the rover stopped: {}: `rover disarm` acknowledges it",
-            crate::link::fault_name(fault)
+            words::fault(fault)
         ))),
         _ => Ok(()),
     }

@@ -6,6 +6,8 @@ use rover_shared::motion::LONGEST_ADVANCE;
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
 
+pub use crate::words::parse_compass as compass;
+
 /// A span of time: `90s`, `10m`, `1h`, `500ms`.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let units = [("ms", 1e3), ("s", 1e6), ("m", 60e6), ("h", 3_600e6)];
@@ -21,14 +23,6 @@ pub fn size(text: &str) -> Result<u64, String> {
         return Err("expected at least 100kB: a file's beginning alone takes half of that".into());
     }
     Ok(bytes as u64)
-}
-
-/// A direction as compasses have them: degrees clockwise, 0 to 360 or -180 to 180.
-pub fn compass(text: &str) -> Result<Microdegrees, String> {
-    let degrees = finite(text)
-        .filter(|d| (-360.0..=360.0).contains(d))
-        .ok_or("expected degrees clockwise, -360 to 360")?;
-    Ok(Microdegrees::wrapped(-(degrees * 1e6).round() as i64))
 }
 
 /// A turn: degrees, 0 to 180.
@@ -69,13 +63,6 @@ pub fn log_path(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// A direction of the wire as compasses have it, in degrees from 0 to below 360.
-pub fn as_compass(direction: Microdegrees) -> f64 {
-    // Rounded to what is shown, so that 359.99 is not shown as 360.0.
-    let tenths = (-f64::from(direction.0) / 1e5).round() as i64;
-    tenths.rem_euclid(3_600) as f64 / 10.0
-}
-
 fn finite(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
@@ -103,15 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn compasses_turn_clockwise() {
-        assert_eq!(compass("90"), Ok(Microdegrees(-90_000_000)));
-        assert_eq!(compass("270"), Ok(Microdegrees(90_000_000)));
-        assert!(compass("361").is_err() && compass("north").is_err());
-        for degrees in [0.0, 90.0, 180.0, 359.9] {
-            let direction = compass(&degrees.to_string());
-            assert_eq!(direction.map(as_compass), Ok(degrees));
-        }
-        assert_eq!(as_compass(Microdegrees(1)), 0.0);
+    fn moves_have_limits() {
         assert_eq!(centimetres("7.5"), Ok(Micrometres(75_000)));
         assert!(centimetres("0").is_err() && turn("-1").is_err());
     }

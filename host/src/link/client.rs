@@ -8,9 +8,10 @@ use rover_shared::wire::message::{Command, Hello, Refusal, Report, Status};
 use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 
 use super::Port;
-use super::error::{LinkError, name_of};
+use super::error::LinkError;
 use super::inbox::{Counters, Inbox, Received};
 use crate::arena::{Pose, Scenario};
+use crate::words;
 
 /// How long the rover has to answer a command. It answers within a control period, 20 ms, but
 /// for the 400 ms that erasing a sector of its flash may take.
@@ -211,7 +212,7 @@ impl Client {
         })?;
         report
             .and_then(pick)
-            .ok_or(LinkError::Silent(name_of(command)))
+            .ok_or_else(|| LinkError::Silent(words::command(command)))
     }
 
     /// The rover's state.
@@ -360,7 +361,7 @@ impl Client {
                             let result = ack.result;
                             self.keep_if(self.keep_answers, received);
                             if let Err(refusal) = result {
-                                let command = name_of(command);
+                                let command = words::command(command);
                                 return Err(LinkError::Refused { command, refusal });
                             }
                             if wanted(Answer::Acknowledged) {
@@ -378,7 +379,7 @@ impl Client {
                 }
             }
         }
-        Err(LinkError::Silent(name_of(command)))
+        Err(LinkError::Silent(words::command(command)))
     }
 
     /// Deals with what nobody has asked for.

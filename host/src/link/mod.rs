@@ -35,7 +35,7 @@ mod refusal;
 pub mod serial;
 
 pub use client::{ANSWER_WITHIN, Client, Sent, attempts};
-pub use error::{LinkError, name_of};
+pub use error::LinkError;
 pub use inbox::{Counters, Received};
 pub use port::{Port, PortError};
-pub use refusal::{channel_health, channel_name, compass_health, explain, fault_name};
+pub use refusal::{explain, explain_by_keys};

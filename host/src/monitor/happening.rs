@@ -86,4 +86,13 @@ impl Happening {
     pub fn report(report: Report) -> Self {
         Self::Report(Box::new(report))
     }
+
+    /// Whether the rover, or the one of a simulation, acted.
+    pub fn is_action(&self) -> bool {
+        match self {
+            Self::Report(report) => matches!(**report, Report::Action(_)),
+            Self::Logged(entry) => matches!(entry, Entry::Step(_)),
+            _ => false,
+        }
+    }
 }

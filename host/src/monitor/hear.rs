@@ -11,9 +11,10 @@ use rover_shared::wire::message::{
 
 use super::happening::{Connection, Happening, Origin};
 use super::model::{Action, Dashboard, HISTORY, Kind, Knowledge, Moment, Readings, Session, Why};
-use super::words;
 use crate::experiment::{Ending, TaskKind};
+use crate::link::explain_by_keys;
 use crate::log::Entry;
+use crate::words;
 
 /// How long a state's readings are shown although an action has others, microseconds.
 const LATELY: u64 = 3_000_000;
@@ -162,9 +163,7 @@ impl Dashboard {
                 {
                     *place = health;
                 }
-                let name = words::CHANNELS
-                    .get(usize::from(channel))
-                    .unwrap_or(&"unknown");
+                let name = words::channel(channel);
                 let fit = matches!(health, ChannelHealth::Good | ChannelHealth::NotFitted);
                 let text = format!("{name} range sensor: {}", words::channel_health(health));
                 self.note(if fit { Kind::Fact } else { Kind::Trouble }, text);
@@ -202,7 +201,7 @@ impl Dashboard {
             State::Faulted(_) => Kind::Trouble,
             _ => Kind::Fact,
         };
-        self.note(kind, words::state(state));
+        self.note(kind, words::loud_state(state));
     }
 
     /// The rover's knowledge has this fingerprint now.
@@ -240,7 +239,7 @@ impl Dashboard {
             }
             Err(refusal) => {
                 self.refused = Some((command.clone(), refusal));
-                let text = format!("refused: {name}: {}", words::refusal(refusal));
+                let text = format!("refused: {name}: {}", explain_by_keys(refusal));
                 self.note(Kind::Trouble, text);
             }
         }

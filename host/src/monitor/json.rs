@@ -14,9 +14,10 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::happening::{Connection, Happening, Origin};
-use super::words;
+use crate::link::explain_by_keys;
 use crate::log::Entry;
 use crate::log::recording::{Gap, LastWords, Pulled, Topic};
+use crate::words;
 
 /// The line for what happened, if a program can want it.
 pub fn line(now: Duration, happening: &Happening) -> Option<String> {
@@ -44,7 +45,7 @@ fn message(happening: &Happening) -> Option<(&'static str, Value)> {
                 "command": words::command(command),
                 "done": result.is_ok(),
                 "refusal": result.err().map(value),
-                "reason": result.err().map(words::refusal),
+                "reason": result.err().map(explain_by_keys),
             }),
         ),
         Happening::Unanswered { command, reason } => (

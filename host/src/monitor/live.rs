@@ -7,7 +7,8 @@ use rover_shared::wire::message::{Ack, Command, Report};
 
 use super::happening::{Connection, Happening};
 use super::source::Source;
-use crate::link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts, name_of};
+use crate::link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
+use crate::words;
 
 /// Commands that may wait for answers: a silent rover gets no more but a disarming.
 const MOST_PENDING: usize = 8;
@@ -136,7 +137,7 @@ impl Live {
             if left > 0 && self.connected {
                 self.post(command, left);
             } else {
-                let reason = LinkError::Silent(name_of(&command)).to_string();
+                let reason = LinkError::Silent(words::command(&command)).to_string();
                 self.happened
                     .push(Happening::Unanswered { command, reason });
             }

@@ -16,7 +16,6 @@
 //! | `view` | the picture, one panel a file |
 //! | `plain`, `json` | the same as lines, for people and for programs |
 //! | `live`, `recording` | a rover at the end of a port; a log |
-//! | `words` | the contract's values as words |
 
 pub mod happening;
 mod hear;
@@ -32,7 +31,6 @@ pub mod source;
 pub mod terminal;
 pub mod view;
 pub mod watch;
-pub mod words;
 
 pub use happening::{Connection, Happening, Origin, Playback};
 pub use source::{Control, Source};

@@ -6,13 +6,13 @@ use std::time::Duration;
 use rover_shared::controller::Familiarity;
 use rover_shared::sensing::Stimulus;
 use rover_shared::sensing::neuron::Activation;
-use rover_shared::wire::message::{Command, Mode, Report, Task};
+use rover_shared::wire::message::{Command, Mode, Task};
 
 use super::happening::Happening;
 use super::keys::{Meaning, direction};
 use super::model::{Action, Dashboard, Knowledge};
-use super::words;
-use crate::log::Entry;
+use crate::link::explain_by_keys;
+use crate::words;
 
 /// Lines that may come at once, and how long it takes until another one may.
 const BURST: u32 = 10;
@@ -78,7 +78,13 @@ impl Plain {
             let text = words::printable(&note.text, false);
             lines.push(time.map_or(text.clone(), |time| format!("{time} {text}")));
         }
-        if let (true, Some(action)) = (is_action(happening), &dashboard.action) {
+        if let Happening::Playback(playback) = happening
+            && playback.cut_off
+            && playback.at == playback.of
+        {
+            lines.push("the log is cut off here".into());
+        }
+        if let (true, Some(action)) = (happening.is_action(), &dashboard.action) {
             lines.extend(self.action(now, action, dashboard));
         }
         lines
@@ -104,18 +110,15 @@ impl Plain {
         let mut line = time.map_or(String::new(), |time| format!("{time} "));
         line.push_str(&sentence(action));
         if self.untold > 0 {
-            line.push_str(&format!("; {} actions before it not told", self.untold));
+            let actions = if self.untold == 1 {
+                "action"
+            } else {
+                "actions"
+            };
+            line.push_str(&format!("; {} {actions} before it not told", self.untold));
             self.untold = 0;
         }
         Some(line)
-    }
-}
-
-fn is_action(happening: &Happening) -> bool {
-    match happening {
-        Happening::Report(report) => matches!(**report, Report::Action(_)),
-        Happening::Logged(entry) => matches!(entry, Entry::Step(_)),
-        _ => false,
     }
 }
 
@@ -168,7 +171,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
             Some(false) => ", motors off",
             None => "",
         };
-        lines.push(format!("state {}{motors}", words::state(state)));
+        lines.push(format!("state {}{motors}", words::loud_state(state)));
     }
     if let Some(task) = dashboard.task {
         let direction = dashboard.direction.map(words::compass);
@@ -187,7 +190,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
     }
     lines.push(knowledge(dashboard));
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (words::command(command), words::refusal(*refusal));
+        let (command, refusal) = (words::command(command), explain_by_keys(*refusal));
         lines.push(format!("refused: {command}: {refusal}"));
     }
     lines.push(counters(dashboard));

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-use rover_shared::wire::message::{Command, Report};
+use rover_shared::wire::message::Command;
 
 use super::happening::{Connection, Happening, Origin, Playback};
 use super::source::{Control, Source};
 use crate::link::Counters;
 use crate::log::recording::What;
-use crate::log::{self, Entry, Log};
+use crate::log::{self, Log};
 
 /// How long an entry of a simulation's log is shown: it has no times of its own.
 const ENTRY: Duration = Duration::from_millis(250);
@@ -88,7 +88,7 @@ impl Recording {
     ) -> Self {
         let mut actions: Vec<_> = (1..)
             .zip(&entries)
-            .filter(|(_, (_, happening))| is_action(happening))
+            .filter(|(_, (_, happening))| happening.is_action())
             .map(|(after, _)| after)
             .collect();
         if actions.is_empty() {
@@ -150,14 +150,6 @@ impl Recording {
         self.position = Duration::ZERO;
         happened.push(Happening::Connection(Connection::Log(self.name.clone())));
         happened.push(self.begin.clone());
-    }
-}
-
-fn is_action(happening: &Happening) -> bool {
-    match happening {
-        Happening::Report(report) => matches!(**report, Report::Action(_)),
-        Happening::Logged(entry) => matches!(entry, Entry::Step(_)),
-        _ => false,
     }
 }
 

@@ -7,7 +7,7 @@ use rover_shared::wire::message::{Fault, State};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;
-use crate::monitor::words;
+use crate::words;
 
 /// Draws the counters: those of this side always, the board's where they are not 0.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {

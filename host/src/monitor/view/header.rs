@@ -6,9 +6,10 @@ use ratatui::style::{Modifier, Style};
 use rover_shared::wire::message::State;
 
 use super::look::{Look, Panel};
+use crate::link::explain_by_keys;
 use crate::monitor::happening::{Connection, Playback};
 use crate::monitor::model::{Dashboard, Kind, Knowledge};
-use crate::monitor::words;
+use crate::words;
 
 /// Rows of the header.
 pub const ROWS: u16 = 4;
@@ -101,7 +102,7 @@ pub fn state(dashboard: &Dashboard, look: Look) -> (String, Style) {
                 State::Armed | State::Driving(_) => look.live(),
                 State::Faulted(_) => look.trouble(),
             };
-            (format!(" {} ", words::state(state)), style)
+            (format!(" {} ", words::loud_state(state)), style)
         }
     }
 }
@@ -149,7 +150,7 @@ fn session(panel: &mut Panel<'_>, dashboard: &Dashboard) {
 fn message(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let look = panel.look;
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (words::command(command), words::refusal(*refusal));
+        let (command, refusal) = (words::command(command), explain_by_keys(*refusal));
         panel.text(
             0,
             3,

@@ -4,7 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::monitor::words::printable;
+use crate::words::printable;
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -6,7 +6,7 @@ use ratatui::style::Style;
 
 use super::look::{Look, Panel};
 use crate::monitor::model::{Dashboard, Kind};
-use crate::monitor::words;
+use crate::words;
 
 /// Draws the latest notes.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {

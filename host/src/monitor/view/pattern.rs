@@ -7,7 +7,7 @@ use rover_shared::controller::{Familiarity, StepRecord};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;
-use crate::monitor::words;
+use crate::words;
 
 /// Draws the pattern as it stands.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {

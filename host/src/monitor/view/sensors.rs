@@ -7,7 +7,7 @@ use rover_shared::wire::message::{ChannelHealth, CompassHealth};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;
-use crate::monitor::words;
+use crate::words;
 
 /// Column where health begins.
 const HEALTH: u16 = 28;

@@ -8,7 +8,7 @@ use rover_shared::sensing::neuron::{Activation, STEPS};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::{Dashboard, Knowledge};
-use crate::monitor::words;
+use crate::words;
 
 /// Rows besides those of the steps: name, mark, value.
 const OTHER_ROWS: u16 = 3;

@@ -8,7 +8,7 @@ use rover_shared::perception::PatternCode;
 use super::look::{Look, Panel};
 use crate::monitor::mirror::Pattern;
 use crate::monitor::model::{Dashboard, Knowledge};
-use crate::monitor::words;
+use crate::words;
 
 /// Columns that one pattern takes.
 pub const WIDTH: u16 = 22;

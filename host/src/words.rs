@@ -1,22 +1,31 @@
-//! The contract's values as words, in ASCII: short ones for panels, sentences for refusals.
+//! The contract's values as words, for the command line and the dashboard alike: in ASCII, and
+//! short enough for the dashboard's panels. Sentences are put together from them where they are
+//! said.
 
 use rover_shared::sensing::Stimulus;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, Fault, Mode, Outcome, Refusal, ResetReason, State, Task,
+    ChannelHealth, Command, CompassHealth, Fault, Mode, Outcome, ResetReason, State, Task,
 };
 
 /// The range sensors' channels, in the wire's order.
 pub const CHANNELS: [&str; 4] = ["front left", "front right", "left", "right"];
 
-/// What the supervisor allows, in one or two words; the first is in capitals.
+/// What the supervisor allows.
 pub fn state(state: State) -> String {
     match state {
-        State::Disarmed => "DISARMED".into(),
-        State::Armed => "ARMED".into(),
-        State::Driving(by) => format!("DRIVING ({})", mode(by)),
-        State::Faulted(of) => format!("FAULTED ({})", fault(of)),
+        State::Disarmed => "disarmed".into(),
+        State::Armed => "armed".into(),
+        State::Driving(by) => format!("driving ({})", mode(by)),
+        State::Faulted(of) => format!("faulted ({})", fault(of)),
     }
+}
+
+/// The same with its first word in capitals, to be seen from afar.
+pub fn loud_state(of: State) -> String {
+    let text = state(of);
+    let (first, rest) = text.split_at(text.find(' ').unwrap_or(text.len()));
+    first.to_ascii_uppercase() + rest
 }
 
 /// Who moves the rover.
@@ -64,6 +73,11 @@ pub fn fault(fault: Fault) -> &'static str {
     }
 }
 
+/// The name of a range sensor's channel.
+pub fn channel(channel: u8) -> &'static str {
+    CHANNELS.get(usize::from(channel)).unwrap_or(&"unknown")
+}
+
 /// A range sensor's health, in at most 7 characters.
 pub fn channel_health(health: ChannelHealth) -> &'static str {
     match health {
@@ -87,7 +101,7 @@ pub fn compass_health(health: CompassHealth) -> &'static str {
     }
 }
 
-/// How a move ended.
+/// How a move ended, in at most 14 characters.
 pub fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
         Outcome::Completed => "completed",
@@ -95,12 +109,12 @@ pub fn outcome(outcome: Outcome) -> &'static str {
         Outcome::NoProgress => "no progress",
         Outcome::TurnTimeout => "turn timeout",
         Outcome::CompassLost => "compass lost",
-        Outcome::Late => "late",
+        Outcome::Late => "control late",
         Outcome::Stopped => "stopped",
     }
 }
 
-/// Why the rover started.
+/// Why the rover started, as a clause.
 pub fn reset(reason: ResetReason) -> &'static str {
     match reason {
         ResetReason::PowerOn => "power came on",
@@ -146,40 +160,6 @@ pub fn command(command: &Command) -> String {
     }
 }
 
-/// Why a command was refused, and what to do about it.
-pub fn refusal(refusal: Refusal) -> String {
-    match refusal {
-        Refusal::NoHello => "no hello was exchanged; connect again".into(),
-        Refusal::SchemaMismatch => "rover and program differ; build both anew".into(),
-        Refusal::NotArmed => "the rover is disarmed; arm it first".into(),
-        Refusal::Armed => "the rover is armed or drives; disarm it first".into(),
-        Refusal::Fault(of) => format!("a fault stands ({}); disarm first", fault(of)),
-        Refusal::KnowledgeInvalid => "no valid knowledge; send some or begin anew".into(),
-        Refusal::RangeSensor { channel, health } => {
-            let name = CHANNELS.get(usize::from(channel)).unwrap_or(&"unknown");
-            format!(
-                "the {name} range sensor is {}; check its cable",
-                channel_health(health)
-            )
-        }
-        Refusal::Compass(health) => {
-            format!("the compass is {}; check its cable", compass_health(health))
-        }
-        Refusal::ControlSilent => "its control loop does not run; reset the board".into(),
-        Refusal::FlashBusy => "the flash is being written; try again".into(),
-        Refusal::NoHeartbeat => "host-driven mode needs heartbeats".into(),
-        Refusal::NotHostDriven => "this needs host-driven mode".into(),
-        Refusal::MoveUnderWay => "a move is under way; wait for its end".into(),
-        Refusal::OutOfRange => "a value lies outside its range".into(),
-        Refusal::BadCalibration => "the calibration is not a falling curve".into(),
-        Refusal::ChunkOutOfOrder => "the transfer has a gap; start it again".into(),
-        Refusal::TooLong => "the knowledge is too long for the board".into(),
-        Refusal::BadChecksum => "the knowledge was damaged on the way; send it again".into(),
-        Refusal::BadKnowledge => "the knowledge is of another version or make".into(),
-        Refusal::Unsupported => "this rover cannot do that".into(),
-    }
-}
-
 /// Text that a terminal takes for text, whatever was in it: control characters are shown as `?`.
 pub fn printable(text: &str, ascii: bool) -> String {
     let strange = |c: char| c.is_control() || (ascii && !c.is_ascii());
@@ -198,6 +178,18 @@ pub fn turn(turn: Microdegrees) -> String {
         _ => " left",
     };
     format!("{:.1} deg{side}", (tenths / 10.0).abs())
+}
+
+/// A compass direction as it is typed: degrees clockwise, -360 to 360.
+///
+/// # Errors
+/// What is expected.
+pub fn parse_compass(text: &str) -> Result<Microdegrees, String> {
+    let degrees = text.parse().ok();
+    let degrees = degrees
+        .filter(|degrees: &f64| (-360.0..=360.0).contains(degrees))
+        .ok_or("expected degrees clockwise, -360 to 360")?;
+    Ok(Microdegrees::wrapped(-(degrees * 1e6).round() as i64))
 }
 
 /// A direction as a compass shows it: clockwise, 0 to 359.9 degrees.
@@ -266,6 +258,19 @@ mod tests {
     }
 
     #[test]
+    fn directions_are_typed_as_they_are_shown() {
+        assert_eq!(parse_compass("90"), Ok(Microdegrees(-90_000_000)));
+        assert_eq!(parse_compass("270"), Ok(Microdegrees(90_000_000)));
+        for degrees in ["0.0", "90.0", "180.0", "359.9"] {
+            let shown = parse_compass(degrees).map(compass);
+            assert_eq!(shown, Ok(format!("{degrees} deg")));
+        }
+        for wrong in ["", "-", "361", "-361", "1e9", "inf", "NaN", "north"] {
+            assert!(parse_compass(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
     fn turns_name_their_side() {
         assert_eq!(turn(Microdegrees(9_230_000)), "9.2 deg left");
         assert_eq!(turn(Microdegrees(-8_100_000)), "8.1 deg right");
@@ -286,45 +291,15 @@ mod tests {
         for of in Fault::ALL {
             assert!(fault(of).len() <= 14, "{}", fault(of));
         }
+        assert_eq!([3, 4].map(channel), ["right", "unknown"]);
     }
 
     #[test]
-    fn refusals_of_keys_fit_a_line() {
-        let commands = [
-            Command::Arm,
-            Command::SetMode(Mode::Learn),
-            Command::SetTask(Task::FollowChangingDirection),
-            Command::SetDirection(Microdegrees(0)),
-            Command::StoreKnowledge,
-        ];
-        let of_channel = |(channel, health)| Refusal::RangeSensor { channel, health };
-        let refusals = [
-            Refusal::NoHello,
-            Refusal::SchemaMismatch,
-            Refusal::NotArmed,
-            Refusal::Armed,
-            Refusal::Fault(Fault::ControlSilent),
-            Refusal::KnowledgeInvalid,
-            Refusal::ControlSilent,
-            Refusal::FlashBusy,
-            Refusal::OutOfRange,
-            Refusal::Unsupported,
-        ];
-        let fits = |asked: &Command, why| {
-            let text = format!("refused: {}: {}", command(asked), refusal(why));
-            assert!(text.len() <= 80 && text.is_ascii(), "{text}");
-        };
-        for why in refusals {
-            commands.iter().for_each(|asked| fits(asked, why));
-        }
-        // Only arming looks at the sensors.
-        for why in [
-            of_channel((1, ChannelHealth::Shorted)),
-            of_channel((9, ChannelHealth::Unknown)),
-            Refusal::Compass(CompassHealth::Implausible),
-        ] {
-            fits(&Command::Arm, why);
-        }
+    fn states_can_be_loud() {
+        let lost = State::Faulted(Fault::HostLost);
+        assert_eq!(loud_state(State::Armed), "ARMED");
+        assert_eq!(state(lost), "faulted (host lost)");
+        assert_eq!(loud_state(lost), "FAULTED (host lost)");
     }
 
     #[test]
