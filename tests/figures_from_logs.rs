@@ -348,11 +348,16 @@ fn patterns_grow_as_the_core_lets_them() {
 #[test]
 fn several_logs_share_the_learning_curves() {
     let logs: Vec<Logged> = (81..84).map(Logged::aiming).collect();
-    let recordings = logs.iter().map(Logged::recording).collect();
+    let recordings: Vec<Recording> = logs.iter().map(Logged::recording).collect();
+    let mut cut = recordings.clone();
+    cut[1].drives.truncate(2);
+    let figures = drawn(cut, Moment::default());
+    assert!(svg(&figures, "learning.svg").contains("fewer from trial 3 on"));
     let figures = drawn(recordings, Moment::default());
     let document = Document::parse(svg(&figures, "learning.svg")).unwrap();
     let legend = texts(of_class(&document, "legend")[0]).join(" ");
     assert!(legend.contains("median of 3 sessions"), "{legend}");
+    assert!(!legend.contains("fewer"), "{legend}");
     // Directedness of the three first trials: the description begins with their median.
     let mut first: Vec<f64> = logs
         .iter()

@@ -307,7 +307,7 @@ fn a_rover_that_starts_anew_behind_an_open_port_is_a_gap() {
     let [cut] = &replayed.unverified[..] else {
         panic!("{:?}", replayed.unverified);
     };
-    assert!(cut.reason.contains("started anew"), "{cut}");
+    assert!(cut.reason.contains("began anew"), "{cut}");
 }
 
 #[test]

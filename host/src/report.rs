@@ -60,6 +60,9 @@ pub fn patterns(known: &Known, count: usize) -> String {
     let mut elements: Vec<_> = known.patterns.elements().iter().collect();
     elements.sort_by_key(|element| std::cmp::Reverse(element.occurrences));
     elements.truncate(count);
+    if elements.is_empty() {
+        return "no patterns yet\n".into();
+    }
     let mut lines = vec![String::new(); 7];
     for element in elements {
         for (line, row) in lines.iter_mut().zip(drawing(element.code)) {

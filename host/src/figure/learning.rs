@@ -293,10 +293,23 @@ fn legend(sessions: &[&[Trial]], with_target: bool, unit: &str) -> Group {
         legend.append(entry(x + 300.0, name));
     } else {
         let except = if with_target { " (a: mean)" } else { "" };
+        let lengths = || sessions.iter().map(|session| session.len());
+        let (shortest, longest) = (lengths().min(), lengths().max());
+        let fewer = match shortest {
+            Some(all) if shortest < longest => format!(", fewer from {unit} {} on", all + 1),
+            _ => String::new(),
+        };
+        // Side by side, whatever the first says.
+        let x_of_band = if with_target && !fewer.is_empty() {
+            x + 60.0
+        } else {
+            x
+        };
         legend.append(entry(
             x + 34.0,
-            format!("median of {} sessions{except}", sessions.len()),
+            format!("median of {} sessions{except}{fewer}", sessions.len()),
         ));
+        let x = x_of_band;
         let band = Area {
             left: x + 290.0,
             top: y - 6.0,

@@ -233,7 +233,10 @@ impl Assembler<'_> {
             What::Report(report) => {
                 let anew = matches!(**report, Report::Hello(_)) && message.frame == Some(0);
                 if anew && message.number > 1 {
-                    self.gap(message.number, "the rover started anew".into());
+                    self.gap(
+                        message.number,
+                        "the rover or its connection began anew".into(),
+                    );
                 }
                 self.hear(message.number, report);
             }

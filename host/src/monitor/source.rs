@@ -13,7 +13,8 @@ pub trait Source {
     fn now(&self) -> Duration;
 
     /// Waits until something happens, at most for `timeout`, and gives what happened, in order.
-    /// A source with a time of its own lets `timeout` of that time pass.
+    /// A source with a time of its own lets `timeout` of that time pass. One that has to connect anew
+    /// may take a quarter of a second at a time.
     fn poll(&mut self, timeout: Duration) -> Vec<Happening>;
 
     /// Sends a command. Its answer is a [`Happening::Answer`], or a [`Happening::Unanswered`]

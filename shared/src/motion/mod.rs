@@ -141,10 +141,12 @@ impl Motion {
         &self.parameters
     }
 
-    /// Replaces the calibrated speed: `speed` a second at `duty`, nothing up to `dead_band`.
+    /// Replaces the calibrated speed: `speed` a second at `duty`, nothing up to `dead_band`, both of
+    /// these per mille of full duty.
     ///
     /// # Errors
-    /// Numbers that do not fit together; then nothing is changed.
+    /// Numbers that do not fit together: a dead band that is not below the duty, a duty above 1000, a
+    /// speed below 1 cm/s or above 1 m/s; then nothing is changed.
     pub fn calibrate_speed(
         &mut self,
         duty: u16,
