@@ -141,7 +141,7 @@ fn longest_burst(bench: &mut Bench) -> usize {
     let all_answered = |&pings: &usize| {
         bench.wait(ms(500));
         bench.heard.clear();
-        bench.fault("0+0.03:usb-deaf");
+        bench.fault("0+0.035:usb-deaf");
         bench.run(ms(2));
         let mut encoder = Encoder::new();
         for _ in 0..pings {

@@ -45,7 +45,7 @@ const _: () = assert!(
 
 /// How long the next command waits for room for the answer to this one, if the host asks faster than
 /// it listens.
-const ANSWER_TIMEOUT: Duration = Duration::from_millis(50);
+const ANSWER_TIMEOUT: Duration = Duration::from_millis(25);
 
 /// Answers to commands, with reports asked for: they go before telemetry. Room for those to all
 /// commands that fit into one packet.
