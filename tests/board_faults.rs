@@ -462,6 +462,8 @@ fn a_flash_at_its_slowest_and_a_deaf_host_together_reset_nothing() {
 fn commands_wait_for_a_save_to_end() {
     let mut bench = Bench::new(&[]);
     learn_and_disarm(&mut bench);
+    let saves = |rover: &Emulation| rover.machine().flash_busy();
+    assert!(bench.rover.borrow_mut().run_until(ms(1_000), saves));
     let asked = bench.now();
     bench.done(Command::Arm);
     assert!(bench.now().since(asked) > ms(40), "it was too late");
