@@ -109,7 +109,7 @@ pub(super) enum Encoding {
 
 /// The encoding of every instruction: bits 15 to 6 tell. As a table, because a match on ranges
 /// would be a search, and this is what is done most often.
-static ENCODINGS: [Encoding; 1 << 10] = {
+const ENCODINGS: &[Encoding; 1 << 10] = &{
     let mut table = [Encoding::Undefined; 1 << 10];
     let mut bits = 0;
     while bits < table.len() {
