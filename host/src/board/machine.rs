@@ -250,6 +250,13 @@ impl Machine {
                 break;
             }
             self.bus.now += Cycles::from(cycles);
+            if !self.core.is_plain() {
+                continue;
+            }
+            // Here the time is spent, so that nothing is looked at again that has to show itself.
+            while self.bus.now < self.bus.horizon && !self.core.has_attention() {
+                self.bus.now += Cycles::from(self.core.step_plain(&mut self.bus));
+            }
         }
         self.load.busy += self.bus.now - from;
         if self.core.activity() == Activity::Lockup {

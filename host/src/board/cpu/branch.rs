@@ -17,9 +17,19 @@ impl Core {
         if address >> 28 == 0xf && self.registers.handler_mode() {
             return self.exception_return(bus, address);
         }
-        self.registers.thumb = address & 1 != 0;
-        self.registers.branch_to(address);
+        self.interwork(address);
         TAKEN_BRANCH
+    }
+
+    /// Branches; bit 0 is the new instruction set state. In any but Thumb state the next instruction
+    /// is a fault.
+    #[inline(always)]
+    fn interwork(&mut self, address: u32) {
+        self.registers.branch_to(address);
+        if address & 1 == 0 {
+            self.registers.thumb = false;
+            self.system.attention = true;
+        }
     }
 
     /// BX T1: `BX Rm`.
@@ -33,8 +43,7 @@ impl Core {
     pub(super) fn blx_register_t1(&mut self, op: u16) -> Executed {
         let target = self.registers.r[usize::from(op >> 3 & 15)];
         self.registers.r[LR] = self.registers.next | 1;
-        self.registers.thumb = target & 1 != 0;
-        self.registers.branch_to(target);
+        self.interwork(target);
         TAKEN_BRANCH
     }
 

@@ -195,10 +195,9 @@ impl Core {
         self.step_awake(bus)
     }
 
-    /// [`step`](Self::step) of a core that is not [`sleeping`](Self::sleeping), for the loop in which a
-    /// machine spends its time: as part of that it is a tenth faster. When the core falls asleep it
-    /// takes one more step of no cycles to notice.
-    #[inline(always)]
+    /// [`step`](Self::step) of a core that is not [`sleeping`](Self::sleeping). When the core falls
+    /// asleep it takes one more step of no cycles to notice.
+    #[inline(never)]
     pub(super) fn step_awake<B: Bus>(&mut self, bus: &mut B) -> u32 {
         debug_assert!(!self.sleeping());
         if self.system.attention
@@ -207,20 +206,40 @@ impl Core {
             self.system.tick(Clock::Processor, u64::from(cycles));
             return cycles;
         }
-        let address = self.registers.next;
-        let cycles = match self.execute_at(bus, address) {
-            Ok(cycles) => cycles,
-            Err(trap) => self.trap(bus, address, trap),
+        let cycles = if self.registers.thumb {
+            self.step_plain(bus)
+        } else {
+            let cause = FaultCause::NotThumb;
+            self.trap(bus, self.registers.next, Trap::Fault(cause))
         };
         self.system.tick(Clock::Processor, u64::from(cycles));
         cycles
     }
 
+    /// Whether [`step_plain`](Self::step_plain) is all there is to a step, which whatever ends it
+    /// shows by [attention](Self::has_attention).
+    pub(super) fn is_plain(&self) -> bool {
+        self.registers.thumb && self.system.systick.clock() != Some(Clock::Processor)
+    }
+
+    /// Whether there is something to see to before the next instruction.
+    #[inline(always)]
+    pub(super) fn has_attention(&self) -> bool {
+        self.system.attention
+    }
+
+    /// Executes one instruction and nothing else, for the loop in which a machine spends its time.
+    #[inline(always)]
+    pub(super) fn step_plain<B: Bus>(&mut self, bus: &mut B) -> u32 {
+        let address = self.registers.next;
+        match self.execute_at(bus, address) {
+            Ok(cycles) => cycles,
+            Err(trap) => self.trap(bus, address, trap),
+        }
+    }
+
     #[inline(always)]
     fn execute_at<B: Bus>(&mut self, bus: &mut B, address: u32) -> Executed {
-        if !self.registers.thumb {
-            return Err(Trap::Fault(FaultCause::NotThumb));
-        }
         let op = bus
             .fetch(address)
             .map_err(|BusFault| Trap::Fault(FaultCause::Fetch))?;
