@@ -550,7 +550,10 @@ fn a_busy_port_is_told() {
     let client = Client::open(Box::new(port)).unwrap();
     cable.fails(&["status"], 1, "another program uses it");
     drop(client);
-    assert_eq!(cable.state(), "Disarmed");
+    // A program that another test starts has this one's files, and with them the lock, for the moment
+    // between its fork and its exec.
+    let free = |_| cable.rover(&["status"]).status.success();
+    assert!((0..100).any(free), "it is not free again");
 }
 
 /// Unplugs and plugs in, again and again, while a recording goes on; sometimes the rover loses its
