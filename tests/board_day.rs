@@ -80,7 +80,9 @@ fn drive(part_s: u32) {
     assert_eq!(clock_offset(&bench), behind);
     let seconds = u64::from(part_s);
     for ticks in &ticks {
-        assert!(ticks.count.abs_diff(50 * seconds) <= 1, "{ticks}");
+        // A second of listening ends with what was heard in it, some milliseconds late at times.
+        assert!(ticks.count >= 50 * seconds - 1, "{ticks}");
+        assert_eq!(ticks.count, ticks.due(), "{ticks}");
         assert!(ticks.latest_us < 20_000, "{ticks}");
     }
     assert!(ticks[1].shifted_us(&ticks[0]) < 1_000);

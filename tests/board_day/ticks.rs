@@ -15,6 +15,7 @@ const PERIOD_CYCLES: Cycles = PERIOD.0 * CYCLES_PER_MICROSECOND;
 pub struct Ticks {
     probe: ProbeId,
     first: Option<Cycles>,
+    last: Cycles,
     /// How many there were.
     pub count: u64,
     /// The latest one's distance from the grid, in microseconds.
@@ -30,6 +31,7 @@ impl Ticks {
         Self {
             probe,
             first: None,
+            last: 0,
             count: 0,
             latest_us: 0,
             mean_us: 0.0,
@@ -42,6 +44,7 @@ impl Ticks {
             let since = call.from - *self.first.get_or_insert(call.from);
             let off = since % PERIOD_CYCLES;
             let off_us = off.min(PERIOD_CYCLES - off) / CYCLES_PER_MICROSECOND;
+            self.last = call.from;
             self.count += 1;
             self.latest_us = self.latest_us.max(off_us);
             self.mean_us += (off_us as f64 - self.mean_us) / self.count as f64;
@@ -53,6 +56,12 @@ impl Ticks {
         self.collect(rover);
         rover.machine_mut().remove_probes();
         self
+    }
+
+    /// How many there had to be from the first to the last.
+    pub fn due(&self) -> u64 {
+        let span = self.last - self.first.expect("ticks");
+        (span + PERIOD_CYCLES / 2) / PERIOD_CYCLES + 1
     }
 
     /// By how much this grid is shifted against another, in microseconds.
