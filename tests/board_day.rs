@@ -177,6 +177,7 @@ fn some_minutes_of_driving_add_up() {
     drive(10);
 }
 
+/// `cargo test --release --test board_day -- --ignored --nocapture`
 #[test]
 #[ignore = "24 hours of the board: some 25 minutes"]
 fn a_day_of_driving_adds_up() {

@@ -291,6 +291,9 @@ fn wrong_use_is_told() {
     cable.fails(&["drive"], 2, "--help");
     cable.fails(&["drive", "--advance", "101"], 2, "--help");
     cable.fails(&["record", "--rotate", "5"], 2, "--help");
+    let refused = ["record", "--mode", "learn", "--out", "refused.mcap"];
+    cable.fails(&refused, 1, "give --arm");
+    assert!(!std::path::Path::new(&cable.path("refused.mcap")).exists());
     cable.fails(
         &["calibrate", "range", "left", "500:40"],
         2,

@@ -511,6 +511,17 @@ fn places_that_cannot_be_written_are_refused_before_learning() {
 }
 
 #[test]
+fn figures_do_not_mix_tasks() {
+    let (aiming, following) = (Folder::new(), Folder::new());
+    let aimed = format!("{}/learn.mcap", aiming.learned(&[]));
+    let followed = format!("{}/learn.mcap", following.learned(&["--task", "direction"]));
+    let out = aiming.path("figures");
+    let figures = ["figures", &aimed, &followed, "--out", &out];
+    assert_fails(&figures, 1, &[&followed, "draw them apart"]);
+    assert!(!Path::new(&out).exists());
+}
+
+#[test]
 fn knowledge_of_another_robot_is_refused() {
     let folder = Folder::new();
     let knowledge = format!("{}/knowledge.rover", folder.learned(&[]));

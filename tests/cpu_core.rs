@@ -22,7 +22,7 @@ fn committed_sample_of_vectors() {
 }
 
 /// The file that the environment variable `CPU_VECTORS` names; `make_cpu_vectors.py` says how it is
-/// made.
+/// made, and how this test is run.
 #[test]
 #[ignore = "needs a file of vectors"]
 fn full_set_of_vectors() {

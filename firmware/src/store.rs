@@ -33,7 +33,7 @@ const _: () = assert!(
     "slots have room for the longest content"
 );
 
-/// What a sector's erasure takes at worst (W25Q16JV data sheet, 9.6: tSE).
+/// What a sector's erasure takes at worst (data sheet of the W25Q16, sector erase time).
 pub const LONGEST_ERASURE: Duration = Duration::from_millis(400);
 /// How often to look whether something is to be saved.
 const PERIOD: Duration = Duration::from_millis(100);

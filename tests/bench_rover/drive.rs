@@ -192,6 +192,7 @@ fn an_hour_in_the_large_room_is_uneventful() {
     check(&drive(&furnished, 1, 1), 1);
 }
 
+/// `cargo test --release --test bench_rover -- --ignored --nocapture a_day_is_uneventful`
 #[test]
 #[ignore = "a day for each of eight rovers: some minutes"]
 fn a_day_is_uneventful() {

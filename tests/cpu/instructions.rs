@@ -153,7 +153,8 @@ fn a_program_can_change_itself() {
     assert_eq!(board.registers().get(0), 7);
 }
 
-/// Prints millions of instructions a second.
+/// Prints millions of instructions a second:
+/// `cargo test --release --test cpu_core -- --ignored --nocapture speed`
 #[test]
 #[ignore = "measures the machine it runs on"]
 fn speed() {

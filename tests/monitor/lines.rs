@@ -101,6 +101,21 @@ fn actions_are_told_no_more_often_than_asked_for() {
 }
 
 #[test]
+fn a_log_that_was_cut_off_says_so_at_its_end() {
+    let told_of = |cut_off| {
+        let mut log = simulation();
+        log.cut_off = cut_off;
+        let mut recording = Recording::of_simulation("learn.mcap".into(), log);
+        let lines = told(&mut recording, 10 * SECOND, &[]);
+        lines
+            .iter()
+            .filter(|line| line.contains("cut off here"))
+            .count()
+    };
+    assert_eq!([told_of(false), told_of(true)], [0, 1]);
+}
+
+#[test]
 fn a_log_is_told_to_its_end() {
     let mut recording = Recording::of_simulation("learn.mcap".into(), simulation());
     let lines = told(&mut recording, 10 * SECOND, &[]);

@@ -158,6 +158,21 @@ mod tests {
     }
 
     #[test]
+    fn segments_that_all_claim_the_whole_file_are_refused() {
+        let mut file = file();
+        let headers = file.len() as u32;
+        file[28..32].copy_from_slice(&headers.to_le_bytes());
+        file[44] = 3;
+        let length = headers + 3 * 32;
+        for _ in 0..3 {
+            let load = [1, 0, 0x1000_0000, 0x1000_0000, length, length, 5, 4];
+            file.extend(load.map(u32::to_le_bytes).concat());
+        }
+        let refused = Image::parse(&file);
+        assert!(matches!(refused, Err(ElfError::Overlap)), "{refused:?}");
+    }
+
+    #[test]
     fn segments_are_taken_at_their_load_addresses() {
         let image = Image::parse(&file()).expect("a whole file");
         assert_eq!(image.entry, 0x1000_0101);
