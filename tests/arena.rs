@@ -5,9 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rand_pcg::Pcg32;
-use rover_host::arena::{ArenaSource, Motion, Robot, Scenario, Side};
-use rover_host::baseline::{Driver, Experience, Observation, QLearning, Random, Reactive, Vfh};
 use rover_shared::units::{Microdegrees, Micrometres};
+use rover_simulator::arena::{ArenaSource, Motion, Robot, Scenario, Side};
+use rover_simulator::baseline::{
+    Driver, Experience, Observation, QLearning, Random, Reactive, Vfh,
+};
 
 /// Actions in a trial (III-B).
 const STEPS: usize = 500;
@@ -150,7 +152,7 @@ fn frozen(driver: &QLearning) -> QLearning {
 }
 
 fn examples() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("arenas");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("host/arenas");
     let files = fs::read_dir(folder)
         .expect("the examples")
         .map(|entry| entry.expect("one").path());

@@ -15,9 +15,9 @@ mod thumb;
 #[path = "board/usb.rs"]
 mod usb;
 
+use emulated_rp2040::bus::Boot;
+use emulated_rp2040::usb::State;
 use rig::{Bench, MS};
-use rover_host::board::bus::Boot;
-use rover_host::board::usb::State;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{Command, EventKind, Mode, Outcome, Report, ResetReason};
 

@@ -9,8 +9,8 @@ mod bench;
 mod thumb;
 
 use bench::{Bench, FIRMWARE, ms, room};
-use rover_host::board::incident::Kind;
-use rover_host::emulation::Emulation;
+use emulated_rp2040::incident::Kind;
+use rover_emulator::emulation::Emulation;
 use rover_shared::action::Action;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
@@ -337,7 +337,7 @@ fn a_compass_that_jumps_stops_the_motors() {
 fn no_progress(what: &str) {
     let mut bench = Bench::new(&[]);
     // In sight of a wall: ranges tell that it does not come nearer.
-    let pose = rover_host::arena::Pose {
+    let pose = rover_simulator::arena::Pose {
         x_cm: 250.0,
         y_cm: 500.0 - 17.5 - 35.0,
         heading: Microdegrees::from_degrees(90),

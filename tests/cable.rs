@@ -11,13 +11,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use rover_host::link::loopback::Loopback;
-use rover_host::link::serial::SerialPort;
-use rover_host::link::{Client, LinkError, PortError};
-use rover_host::log::recording::{Recording, RecordingWriter, What};
-use rover_host::log::session::Sessions;
-use rover_host::recorder::{RecordError, Recorder};
-use rover_host::replay;
+use rover_link::loopback::Loopback;
+use rover_link::serial::SerialPort;
+use rover_link::{Client, LinkError, PortError};
+use rover_log::recorder::{RecordError, Recorder};
+use rover_log::recording::{Recording, RecordingWriter, What};
+use rover_log::replay;
+use rover_log::replayable::Sessions;
 use rover_shared::time;
 use rover_shared::wire::message::{Command as Order, Mode, ResetReason, Task};
 use serde_json::Value;
@@ -567,7 +567,7 @@ fn unplug(cycles: u64) {
     let client = Client::open(Box::new(port)).unwrap();
     let path = PathBuf::from(cable.path("drive.mcap"));
     let log = RecordingWriter::create(&path, None, "test", client.epoch()).unwrap();
-    let mut recorder = Recorder::begin(client, log).unwrap();
+    let mut recorder = Recorder::begin(client, None, log).unwrap();
     let patience = time::Duration(LIMIT.as_micros() as u64);
     let began = Instant::now();
     for cycle in 0..cycles {

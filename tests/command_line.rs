@@ -101,7 +101,7 @@ fn names(folder: impl AsRef<Path>) -> Vec<String> {
 /// Recorded drives of real robots lie beside the repository, not in it.
 fn recorded(name: &str) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared/data")
+        .join("../shared/data")
         .join(name);
     let found = path.exists();
     if !found {
@@ -234,7 +234,7 @@ fn a_table_of_starts_becomes_a_table_of_codes() {
 
 /// A file of the repository's own.
 fn example(name: &str) -> String {
-    format!("{}/../tests/data/{name}", env!("CARGO_MANIFEST_DIR"))
+    format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"))
 }
 
 /// The drives in `tests/data` were driven in the simulator, with the columns of real logs.

@@ -5,11 +5,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
-use rover_host::arena::{ArenaSource, Layout, Robot, Scenario, degrees};
-use rover_host::experiment::{Exam, Pilot, TaskKind, examine, mean, run_trial};
 use rover_shared::action::Action;
 use rover_shared::reward::Task as _;
 use rover_shared::sensing::Sample;
+use rover_simulator::arena::{ArenaSource, Layout, Robot, Scenario, degrees};
+use rover_simulator::experiment::{Exam, Pilot, TaskKind, examine, mean, run_trial};
 
 /// Steers by two turns of opposite sign, as the paper's robot does where nothing hinders: always to
 /// the side on which the target lies.

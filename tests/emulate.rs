@@ -8,12 +8,11 @@ use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::LazyLock;
 
-use rover_host::arena::{Motion, Pose};
-use rover_host::figure;
-use rover_host::log::recording::{Recording, What};
-use rover_host::log::{Entry, Log};
+use rover_log::recording::{Recording, What};
+use rover_log::{Entry, Log};
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{self, Report};
+use rover_simulator::arena::{Motion, Pose};
 use serde_json::Value;
 
 #[path = "support/thumb.rs"]
@@ -160,7 +159,7 @@ fn a_recording_knows_where_the_emulated_rover_was_and_what_it_was_told() {
     assert!(whole > 100, "{whole}");
 
     // Figures take it in parts: 100 actions, and the last one with the rest that is no half.
-    let parts = figure::Recording::new(&log).unwrap().drives;
+    let parts = rover_figure::Recording::new(&log).unwrap().drives;
     let lengths: Vec<_> = parts.iter().map(|part| part.events.len()).collect();
     assert_eq!(lengths, [100, 100, 60]);
     assert!(parts.iter().all(|part| part.arena_known));
@@ -290,7 +289,7 @@ fn bad_use_says_what_was_expected() {
     let error = failed(&missing, 1);
     assert!(error.contains("cargo fw"), "{error}");
     let text = rover(&["emulate", "--elf", file!()])
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap();
     let error = failed(&text, 1);

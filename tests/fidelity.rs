@@ -2,9 +2,9 @@
 //! method with dt = 0.001 and N = 100,000). The seeds are not those the engine was tuned with.
 
 use rayon::prelude::*;
-use rover_host::reference::{LatticeState, Reference};
 use rover_shared::perception::{Corners, Lattice, LatticeParameters, Noise, PatternCode};
 use rover_shared::random::Generator;
+use rover_simulator::reference::{LatticeState, Reference};
 
 const LATTICE: Lattice = match Lattice::new(&LatticeParameters::PAPER) {
     Ok(lattice) => lattice,

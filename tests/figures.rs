@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{
+use rover_figure::{Drive, Figure, Figures, first_trial, of_sessions, test_drives};
+use rover_shared::parameters::{Coefficients, Parameters};
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{
     Exam, Known, LearnedSession, SessionPlan, Trial, examine_knowledge, learn,
 };
-use rover_host::figure::{Drive, Figure, Figures, first_trial, of_sessions, test_drives};
-use rover_shared::parameters::{Coefficients, Parameters};
 use roxmltree::{Document, Node};
 
 const NAMES: [&str; 9] = [
@@ -293,7 +293,7 @@ fn trials_of_very_many_actions_do_not_swell_the_figures() {
 
 #[test]
 fn arena_files_of_every_kind_can_be_drawn() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("arenas");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("host/arenas");
     let choices = [
         ("lab.toml", false),
         ("lab.yaml", false),

@@ -6,15 +6,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::process::Command;
 
-use rover_host::arena::{ArenaSource, Layout, Motion};
-use rover_host::experiment::{Known, LearnedSession, SessionPlan, learn};
-use rover_host::figure::{Figures, Moment, Recording, first_trial, of_recordings};
-use rover_host::knowledge;
-use rover_host::log::{Entry, Log, LogWriter, Origin};
+use rover_figure::{Figures, Moment, Recording, first_trial, of_recordings};
+use rover_log::knowledge;
+use rover_log::{Entry, Log, LogWriter, Origin};
 use rover_shared::learning::Mode;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::perception::{Noise, PatternCode};
 use rover_shared::sensing::neuron::Activation;
+use rover_simulator::arena::{ArenaSource, Layout, Motion};
+use rover_simulator::experiment::{Known, LearnedSession, SessionPlan, learn};
 use roxmltree::{Document, Node, ParsingOptions};
 
 /// A session, and the file of its log.
@@ -151,7 +151,7 @@ fn a_log_gives_back_the_drives_of_its_session() {
             close(a.mount_cm[0], b.mount_cm[0]);
             close(a.mount_cm[1], b.mount_cm[1]);
         }
-        let outlines = |drive: &rover_host::figure::Drive| {
+        let outlines = |drive: &rover_figure::Drive| {
             let obstacles = drive.scenario.world.obstacles().iter();
             obstacles.map(|o| o.bounds_cm()).collect::<Vec<_>>()
         };

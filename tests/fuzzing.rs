@@ -173,11 +173,11 @@ bounded!(tables_of_any_text, tables, 2_000);
 
 #[test]
 fn the_seeds_reach_what_lies_behind_the_checks() {
-    use rover_host::arena::ArenaSource;
-    use rover_host::log::session::Sessions;
-    use rover_host::log::table::{Columns, Drive};
+    use rover_log::replayable::Sessions;
+    use rover_log::table::{Columns, Drive};
     use rover_shared::wire::frame::Decoder;
     use rover_shared::wire::message::Report;
+    use rover_simulator::arena::ArenaSource;
     let reports = seeds::frames();
     let whole = |bytes: &Vec<u8>| {
         let mut decoder = Decoder::new();
@@ -187,7 +187,7 @@ fn the_seeds_reach_what_lies_behind_the_checks() {
     };
     assert!(reports.iter().filter(|seed| whole(seed)).count() > 5);
     for seed in seeds::knowledge() {
-        assert!(rover_host::knowledge::from_bytes(&seed).is_ok());
+        assert!(rover_log::knowledge::from_bytes(&seed).is_ok());
         assert_eq!(entry_points::seal::knowledge(&seed), seed);
     }
     for seed in seeds::logs() {

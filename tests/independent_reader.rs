@@ -7,13 +7,11 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::LazyLock;
 
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{Known, SessionPlan, Stream, generator, learn};
-use rover_host::knowledge;
-use rover_host::link::{Counters, Received, Sent};
-use rover_host::log::arena::Arena;
-use rover_host::log::recording::{Recording, RecordingWriter, Topic, What};
-use rover_host::log::{LogWriter, Origin};
+use rover_link::{Counters, Received, Sent};
+use rover_log::arena::Arena;
+use rover_log::knowledge;
+use rover_log::recording::{Recording, RecordingWriter, Topic, What};
+use rover_log::{LogWriter, Origin};
 use rover_shared::controller::StepRecord;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::sensing::Sample;
@@ -24,6 +22,8 @@ use rover_shared::wire::message::{
     Counters as Faults, CurvePoint, Event, EventKind, Fault, FaultReport, Hello, Mode, Outcome,
     Refusal, Report, ResetReason, State, Status, Task,
 };
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{Known, SessionPlan, Stream, generator, learn};
 use serde_json::Value;
 
 /// A Python with the packages; `None`, and a sentence, where there is none.
@@ -77,7 +77,7 @@ fn python() -> Result<PathBuf, String> {
 /// What Python found in a log; `None` without Python.
 fn read(log: &Path) -> Option<Value> {
     let python = PYTHON.as_ref()?;
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/read_log.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/read_log.py");
     let output = process::Command::new(python)
         .arg(script)
         .arg(log)

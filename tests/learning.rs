@@ -9,17 +9,17 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{
-    Event, Exam, ExamResult, Known, SessionPlan, Stream, Trial, Turing, Witness, examine,
-    examine_knowledge, learn, mean, run_trial,
-};
 use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::Controller;
 use rover_shared::learning::{Memory, Mode};
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::perception::PatternCode;
 use rover_shared::random::Generator;
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{
+    Event, Exam, ExamResult, Known, SessionPlan, Stream, Trial, Turing, Witness, examine,
+    examine_knowledge, learn, mean, run_trial,
+};
 
 /// First of the sessions' seeds.
 const SEEDS: u64 = 8_810_000;

@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use rover_host::reference::{LatticeState, Layer, Reference};
 use rover_shared::perception::{
     Corners, Lattice, LatticeError, LatticeParameters, MAX_TIME, Noise, PatternCode,
 };
 use rover_shared::random::Generator;
+use rover_simulator::reference::{LatticeState, Layer, Reference};
 
 const PAPER: LatticeParameters = LatticeParameters::PAPER;
 

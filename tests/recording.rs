@@ -12,13 +12,13 @@ use std::rc::Rc;
 
 use proptest::prelude::*;
 use rewrite::rewrite;
-use rover_host::link::loopback::{Loopback, LoopbackPort};
-use rover_host::link::{Client, LinkError};
-use rover_host::log::recording::{Recorded, Recording, RecordingWriter, What};
-use rover_host::log::session::{Knowledge, Sessions};
-use rover_host::log::{Entry, Log, ReadError};
-use rover_host::recorder::{RecordError, Recorder};
-use rover_host::replay::{self, Replayed};
+use rover_link::loopback::{Loopback, LoopbackPort};
+use rover_link::{Client, LinkError};
+use rover_log::recorder::{RecordError, Recorder};
+use rover_log::recording::{Recorded, Recording, RecordingWriter, What};
+use rover_log::replay::{self, Replayed};
+use rover_log::replayable::{Knowledge, Sessions};
+use rover_log::{Entry, Log, ReadError};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{Command, CompassHealth, Fault, Mode, Report, ResetReason, Task};
@@ -50,7 +50,7 @@ impl Bench {
         let client = Client::open(Box::new(port)).unwrap();
         let log = RecordingWriter::create(&folder.path().join("drive.mcap"), rotate, "test", None);
         Self {
-            recorder: Recorder::begin(client, log.unwrap()).unwrap(),
+            recorder: Recorder::begin(client, None, log.unwrap()).unwrap(),
             rover,
             cable,
             folder,

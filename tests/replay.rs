@@ -9,12 +9,11 @@ use std::io::Cursor;
 
 use proptest::prelude::*;
 use rewrite::rewrite;
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{Known, SessionPlan, learn};
-use rover_host::log::{Log, LogWriter, Origin, ReadError};
-use rover_host::{knowledge, replay};
+use rover_log::{Log, LogWriter, Origin, ReadError, knowledge, replay};
 use rover_shared::learning::Mode;
 use rover_shared::parameters::{Coefficients, Parameters};
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{Known, SessionPlan, learn};
 
 /// A short session's log.
 fn record(seed: u64, trials: u32, follow_direction: bool) -> Vec<u8> {

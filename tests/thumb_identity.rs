@@ -2,8 +2,8 @@
 //! thumbv6m, run on the emulator's bare machine, and its checksums compared with those of the same
 //! code here.
 
-use rover_host::board::bare::{Bare, Exit};
-use rover_host::board::elf::Image;
+use emulated_rp2040::bare::{Bare, Exit};
+use emulated_rp2040::elf::Image;
 
 #[path = "thumb/src/groups.rs"]
 mod groups;

@@ -3,10 +3,10 @@
 
 use std::collections::VecDeque;
 
-use rover_host::arena::{ArenaSource, Pose};
-use rover_host::vehicle::bench::{BenchRover, Memory};
+use rover_emulator::vehicle::bench::{BenchRover, Memory};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::message::{ActionRecord, Fault, Mode, Outcome, Report, State, Task};
+use rover_simulator::arena::{ArenaSource, Pose};
 
 use super::fixture::{bench, room, scenario};
 
@@ -187,7 +187,7 @@ fn an_hour_in_the_paper_s_room_is_uneventful() {
 
 #[test]
 fn an_hour_in_the_large_room_is_uneventful() {
-    let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/arenas/rover-5m.toml");
+    let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/host/arenas/rover-5m.toml");
     let furnished = ArenaSource::load(furnished).expect("an arena");
     check(&drive(&furnished, 1, 1), 1);
 }

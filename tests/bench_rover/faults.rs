@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use rover_host::vehicle::bench::{BenchRover, Memory};
-use rover_host::vehicle::{Channel, Fault, Side};
+use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_emulator::vehicle::{Channel, Fault, Side};
 use rover_shared::rover::PERIOD;
 use rover_shared::time::Duration;
 use rover_shared::wire::message::{

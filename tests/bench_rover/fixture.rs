@@ -1,11 +1,11 @@
 //! Rooms and the rovers in them.
 
-use rover_host::arena::{ArenaSource, Layout, Scenario};
-use rover_host::experiment::numbered;
-use rover_host::vehicle::bench::{BenchRover, Memory};
-use rover_host::vehicle::{Build, Vehicle};
+use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_emulator::vehicle::{Build, Vehicle};
 use rover_shared::motion::Parameters as Chassis;
 use rover_shared::parameters::{Coefficients, Parameters};
+use rover_simulator::arena::{ArenaSource, Layout, Scenario};
+use rover_simulator::experiment::numbered;
 
 pub static COEFFICIENTS: Coefficients = match Coefficients::new(&Parameters::ROVER) {
     Ok(coefficients) => coefficients,

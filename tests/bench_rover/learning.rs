@@ -1,14 +1,16 @@
 //! Does the rover learn to follow a direction, with sensors, compass and motors as they are?
-//! `cargo test -p rover-host --test bench_rover -- --ignored --nocapture learning_study`
+//! `cargo test --test bench_rover -- --ignored --nocapture learning_study`
 
 use rayon::prelude::*;
-use rover_host::arena::ArenaSource;
-use rover_host::experiment::{Exam, ExamResult, SessionPlan, examine_knowledge, learn, numbered};
-use rover_host::vehicle::bench::{BenchRover, Memory};
+use rover_emulator::vehicle::bench::{BenchRover, Memory};
 use rover_shared::sensing::ir::FARTHEST;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{
     ActionRecord, Command, EventKind, Mode, Outcome, Report, State, Task,
+};
+use rover_simulator::arena::ArenaSource;
+use rover_simulator::experiment::{
+    Exam, ExamResult, SessionPlan, examine_knowledge, learn, numbered,
 };
 
 use super::fixture::{COEFFICIENTS, bench, room, scenario};
@@ -208,7 +210,7 @@ fn learning_study() {
         "| room | fields | free heading untrained | learning, first 2,000 | last 2,000 | frozen | \
          simulated | obstacles in the first 2,000 | last 2,000 | touching s | hours |"
     );
-    let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/arenas/rover-5m.toml");
+    let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/host/arenas/rover-5m.toml");
     let furnished = ArenaSource::load(furnished).expect("an arena");
     let mut rooms = vec![("rover-5m.toml", 10.0, furnished)];
     for (name, side_cm) in [("3 m", 300.0), ("5 m", 500.0)] {

@@ -1,8 +1,8 @@
 //! What is measured of the firmware.
 
-use rover_host::board::elf::Image;
-use rover_host::board::profile::Profile;
-use rover_host::board::rtt::Log;
+use emulated_rp2040::elf::Image;
+use emulated_rp2040::profile::Profile;
+use emulated_rp2040::rtt::Log;
 use rover_shared::wire::message::{Command, Mode};
 
 use crate::rig::{Bench, FIRMWARE, MS};

@@ -1,8 +1,8 @@
 //! Whatever resets the board: it comes up with its motors off, and says why.
 
-use rover_host::board::cpu::PC;
-use rover_host::board::incident::Kind;
-use rover_host::board::peripheral::Cycles;
+use emulated_rp2040::cpu::PC;
+use emulated_rp2040::incident::Kind;
+use emulated_rp2040::peripheral::Cycles;
 use rover_shared::wire::message::{Command, Mode, ResetReason};
 
 use crate::rig::{Bench, FIRMWARE, MS};

@@ -2,10 +2,11 @@
 
 use std::sync::LazyLock;
 
-use rover_host::board::Machine;
-use rover_host::board::elf::Image;
-use rover_host::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
-use rover_host::board::usb::State;
+use emulated_rp2040::Machine;
+use emulated_rp2040::elf::Image;
+use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use emulated_rp2040::usb::State;
+use rover_emulator::cmps03::Compass;
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
 use rover_shared::wire::message::{Ack, Command, Hello, Refusal, Report};
@@ -49,8 +50,10 @@ impl Bench {
     }
 
     pub fn with(image: &Image, seed: u64) -> Self {
+        let mut machine = Machine::new(image, seed).expect("the firmware fits into the flash");
+        machine.attach_i2c([6, 7], Compass::default());
         Self {
-            machine: Machine::new(image, seed).expect("the firmware fits into the flash"),
+            machine,
             heading: 1_800,
             reports: Vec::new(),
             encoder: Encoder::new(),
@@ -97,7 +100,8 @@ impl Bench {
         }
         let [high, low] = self.heading.to_be_bytes();
         let byte = (u32::from(self.heading) * 256 / 3_600) as u8;
-        let compass = self.machine.compass_bus_mut().device_mut();
+        let compass = self.machine.i2c_mut(1).device_mut::<Compass>();
+        let compass = compass.expect("it was attached");
         compass.set_registers(Some([15, byte, high, low]));
         let connected = matches!(self.machine.usb().state(), State::Configured { .. });
         if self.heartbeats && connected && self.milliseconds.is_multiple_of(200) {

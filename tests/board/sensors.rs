@@ -1,6 +1,6 @@
 //! What the firmware makes of a bus or a converter that fails, down to the lines.
 
-use rover_host::board::i2c::LineFault;
+use emulated_rp2040::i2c::LineFault;
 use rover_shared::wire::message::{ChannelHealth, Command, CompassHealth, Fault, Report, Status};
 
 use crate::rig::Bench;
@@ -27,7 +27,7 @@ fn status(bench: &mut Bench) -> Status {
 
 fn break_bus(bench: &mut Bench, fault: LineFault) {
     let now = bench.machine.now();
-    bench.machine.compass_bus_mut().set_fault(fault, now);
+    bench.machine.i2c_mut(1).set_fault(fault, now);
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn a_device_that_lost_count_is_freed_by_nine_pulses() {
     let mut bench = settled();
     break_bus(&mut bench, LineFault::DataLowFor { pulses: 9 });
     bench.run(200);
-    let fault = bench.machine.compass_bus_mut().fault();
+    let fault = bench.machine.i2c_mut(1).fault();
     assert_eq!(fault, LineFault::None);
     let status = status(&mut bench);
     assert_eq!(status.compass, CompassHealth::Good);

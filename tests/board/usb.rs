@@ -1,7 +1,7 @@
 //! The firmware's USB: the cable pulled and plugged in at any time, hosts that sleep or do not read.
 
-use rover_host::board::Machine;
-use rover_host::board::usb::State;
+use emulated_rp2040::Machine;
+use emulated_rp2040::usb::State;
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
 use rover_shared::wire::message::{Command, Fault, Hello, Report, ResetReason, Status};

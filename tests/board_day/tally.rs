@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rover_host::arena::Pose;
-use rover_host::emulation::Emulation;
+use rover_emulator::emulation::Emulation;
 use rover_shared::rover::PERIOD;
 use rover_shared::wire::message::{
     ActionRecord, Counters, EventKind, Fault, Outcome, Report, State, Status,
 };
+use rover_simulator::arena::Pose;
 
 /// All that was heard so far.
 pub struct Tally {

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use rover_host::board::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
-use rover_host::board::probe::ProbeId;
-use rover_host::emulation::Emulation;
+use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use emulated_rp2040::probe::ProbeId;
+use rover_emulator::emulation::Emulation;
 use rover_shared::rover::PERIOD;
 
 use crate::bench::FIRMWARE;

@@ -3,19 +3,19 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{Known, SessionPlan, learn};
-use rover_host::link::Client;
-use rover_host::link::loopback::{Loopback, LoopbackPort};
-use rover_host::log::recording::RecordingWriter;
-use rover_host::log::{LogWriter, Origin};
-use rover_host::recorder::Recorder;
+use rover_link::Client;
+use rover_link::loopback::{Loopback, LoopbackPort};
+use rover_log::recorder::Recorder;
+use rover_log::recording::RecordingWriter;
+use rover_log::{LogWriter, Origin};
 use rover_shared::learning::Mode;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Encoder, MAX_FRAME};
 use rover_shared::wire::message::{self, Command};
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{Known, SessionPlan, learn};
 
 /// What goes over a wire: both ways, whole conversations and single frames.
 pub fn frames() -> Vec<Vec<u8>> {
@@ -67,7 +67,7 @@ fn plan(parameters: &Parameters, trials: u32, steps: u32) -> (SessionPlan, Coeff
 pub fn knowledge() -> Vec<Vec<u8>> {
     let (plan, coefficients) = plan(&Parameters::PAPER, 2, 40);
     let learned = learn(&plan, &coefficients, &mut (), |_| {});
-    let bytes = |known: &Known, parameters| rover_host::knowledge::to_bytes(known, parameters);
+    let bytes = |known: &Known, parameters| rover_log::knowledge::to_bytes(known, parameters);
     vec![
         bytes(&Known::new(&coefficients.learning), &Parameters::ROVER),
         bytes(&learned.knowledge, &Parameters::PAPER),
@@ -82,14 +82,14 @@ pub fn logs() -> Vec<Vec<u8>> {
         mode: Mode::Learn,
         writer: "test".into(),
     };
-    let before = rover_host::knowledge::to_bytes(
+    let before = rover_log::knowledge::to_bytes(
         &Known::new(&coefficients.learning),
         coefficients.parameters(),
     );
     let file = std::io::Cursor::new(Vec::new());
     let mut log = LogWriter::new(file, &origin, &before).unwrap();
     let learned = learn(&plan, &coefficients, &mut log, |_| {});
-    let after = rover_host::knowledge::to_bytes(&learned.knowledge, coefficients.parameters());
+    let after = rover_log::knowledge::to_bytes(&learned.knowledge, coefficients.parameters());
     let log = log.finish(&after).unwrap().into_inner();
     vec![log, recording()]
 }
@@ -101,7 +101,7 @@ fn recording() -> Vec<u8> {
     let rover = Rc::new(RefCell::new(Loopback::new(1)));
     let client = Client::open(Box::new(LoopbackPort::new(rover))).unwrap();
     let log = RecordingWriter::create(&path, None, "test", None).unwrap();
-    let mut recorder = Recorder::begin(client, log).unwrap();
+    let mut recorder = Recorder::begin(client, None, log).unwrap();
     for command in [Command::Arm, Command::SetMode(message::Mode::Learn)] {
         recorder.client().ask(&command).unwrap();
     }

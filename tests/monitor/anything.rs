@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use proptest::sample::select;
-use rover_host::link::Counters as FrameCounters;
-use rover_host::monitor::{Connection, Happening, Origin, Playback};
+use rover_cli::monitor::{Connection, Happening, Origin, Playback};
+use rover_link::Counters as FrameCounters;
 use rover_shared::action::Action;
 use rover_shared::controller::{Familiarity, Learned, Perceived, Sensed, StepRecord};
 use rover_shared::learning::StaircaseChange;
@@ -290,11 +290,11 @@ pub fn happening() -> impl Strategy<Value = Happening> {
     // Knowledge of the rover's, and what is none.
     let begin = any::<bool>().prop_map(|valid| {
         let parameters = rover_shared::parameters::Parameters::ROVER;
-        let known = rover_host::experiment::Known::default();
+        let known = rover_simulator::experiment::Known::default();
         Happening::Begin(Some(Origin {
             seed: 1,
             knowledge: if valid {
-                rover_host::knowledge::to_bytes(&known, &parameters)
+                rover_log::knowledge::to_bytes(&known, &parameters)
             } else {
                 vec![1, 2, 3]
             },

@@ -6,10 +6,10 @@ use std::time::Duration;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use rover_host::monitor::source::Control;
-use rover_host::monitor::terminal::{ShowError, TICK, show};
-use rover_host::monitor::view::Look;
-use rover_host::monitor::{Happening, Source};
+use rover_cli::monitor::source::Control;
+use rover_cli::monitor::terminal::{ShowError, TICK, show};
+use rover_cli::monitor::view::Look;
+use rover_cli::monitor::{Happening, Source};
 use rover_shared::wire::message::{Command, Mode, State, Task};
 
 use crate::scene::Scene;

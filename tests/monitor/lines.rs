@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rover_host::monitor::Source;
-use rover_host::monitor::plain::{Plain, understand};
-use rover_host::monitor::recording::Recording;
-use rover_host::monitor::terminal::{Input, Lines, tell};
+use rover_cli::monitor::Source;
+use rover_cli::monitor::plain::{Plain, understand};
+use rover_cli::monitor::recording::Recording;
+use rover_cli::monitor::terminal::{Input, Lines, tell};
 
 use crate::scene::{Scene, simulation};
 

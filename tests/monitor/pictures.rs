@@ -5,11 +5,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use proptest::prelude::*;
-use rover_host::monitor::model::{HISTORY, NOTES};
-use rover_host::monitor::plain::{Plain, Topic};
-use rover_host::monitor::recording::Recording;
-use rover_host::monitor::view::Look;
-use rover_host::monitor::{Control, Source as _, Watch};
+use rover_cli::monitor::model::{HISTORY, NOTES};
+use rover_cli::monitor::plain::{Plain, Topic};
+use rover_cli::monitor::recording::Recording;
+use rover_cli::monitor::view::Look;
+use rover_cli::monitor::{Control, Source as _, Watch};
 use rover_shared::wire::message::CompassHealth;
 
 use crate::anything::happening;
@@ -21,7 +21,7 @@ const ASCII: Look = Look {
 };
 
 fn compare(name: &str, picture: &str) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/monitor/pictures");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/monitor/pictures");
     let path = folder.join(format!("{name}.txt"));
     if std::env::var_os("UPDATE_PICTURES").is_some() {
         std::fs::create_dir_all(&folder).expect("the folder can be made");

@@ -7,18 +7,18 @@ use std::time::Duration;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
-use rover_host::arena::{ArenaSource, Layout};
-use rover_host::experiment::{Known, SessionPlan, learn};
-use rover_host::knowledge;
-use rover_host::link::Client;
-use rover_host::link::loopback::{Loopback, LoopbackPort};
-use rover_host::log::{Log, LogWriter, Origin};
-use rover_host::monitor::live::Live;
-use rover_host::monitor::terminal::TICK;
-use rover_host::monitor::view::{self, Look};
-use rover_host::monitor::{Source, Watch};
+use rover_cli::monitor::live::Live;
+use rover_cli::monitor::terminal::TICK;
+use rover_cli::monitor::view::{self, Look};
+use rover_cli::monitor::{Source, Watch};
+use rover_link::Client;
+use rover_link::loopback::{Loopback, LoopbackPort};
+use rover_log::knowledge;
+use rover_log::{Log, LogWriter, Origin};
 use rover_shared::learning::Mode;
 use rover_shared::parameters::{Coefficients, Parameters};
+use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::experiment::{Known, SessionPlan, learn};
 
 /// A watched rover.
 pub struct Scene {

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use rover_host::monitor::mirror::Mirror;
-use rover_host::monitor::model::{Knowledge, Why};
-use rover_host::monitor::recording::Recording;
-use rover_host::monitor::{Control, Source as _};
+use rover_cli::monitor::mirror::Mirror;
+use rover_cli::monitor::model::{Knowledge, Why};
+use rover_cli::monitor::recording::Recording;
+use rover_cli::monitor::{Control, Source as _};
 use rover_shared::wire::message::{ResetReason, State};
 
 use crate::scene::{Scene, simulation, watched};

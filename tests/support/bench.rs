@@ -4,19 +4,19 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::LazyLock;
 
-use rover_host::arena::{ArenaSource, Pose, Scenario};
-use rover_host::board::elf::Image;
-use rover_host::emulation::{Emulation, SLICE};
-use rover_host::experiment::{Stream, generator};
-use rover_host::link::emulated::EmulatedPort;
-use rover_host::link::{Client, LinkError};
-use rover_host::vehicle::{Schedule, ScheduledFault};
+use emulated_rp2040::elf::Image;
+use rover_emulator::emulation::{Emulation, SLICE};
+use rover_emulator::port::EmulatedPort;
+use rover_emulator::vehicle::{Schedule, ScheduledFault};
+use rover_link::{Client, LinkError};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
     ActionRecord, Command, Counters, Event, EventKind, Fault, Mode, Outcome, Refusal, Report,
     State, Status, Task,
 };
+use rover_simulator::arena::{ArenaSource, Pose, Scenario};
+use rover_simulator::experiment::{Stream, generator};
 
 use super::thumb;
 

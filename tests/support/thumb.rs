@@ -41,7 +41,7 @@ fn install_target() {
 /// Runs a command in the workspace; gives what it printed.
 fn run(command: &mut Command, advice: &str) -> String {
     let output = command
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
         .output()
         .unwrap_or_else(|error| panic!("{command:?} cannot be started ({error}): {advice}"));
     let errors = String::from_utf8_lossy(&output.stderr);

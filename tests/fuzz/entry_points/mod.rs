@@ -8,18 +8,19 @@ pub mod seal;
 
 use std::path::Path;
 
-use rover_host::arena::ArenaSource;
-use rover_host::knowledge;
-use rover_host::log::recording::Recording;
-use rover_host::log::session::Sessions;
-use rover_host::log::table::{Columns, Drive};
-use rover_host::log::{Log, recording};
-use rover_host::monitor::recording::Recording as Shown;
-use rover_host::monitor::{Control, Source as _, Watch};
-use rover_host::{parameters, replay};
+use rover_cli::monitor::recording::Recording as Shown;
+use rover_cli::monitor::{Control, Source as _, Watch};
+use rover_log::knowledge;
+use rover_log::recording::Recording;
+use rover_log::replay;
+use rover_log::replayable::Sessions;
+use rover_log::table::{Columns, Drive};
+use rover_log::{Log, recording};
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
 use rover_shared::wire::message::{Command, Report};
+use rover_simulator::arena::ArenaSource;
+use rover_simulator::parameters;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -94,7 +95,7 @@ fn show(mut shown: Shown) {
     let mut watch = Watch::default();
     shown.control(Control::End);
     for _ in 0..3 {
-        for happening in shown.poll(rover_host::monitor::terminal::TICK) {
+        for happening in shown.poll(rover_cli::monitor::terminal::TICK) {
             watch.take(shown.now(), &happening);
         }
     }
@@ -128,7 +129,8 @@ pub fn maps(bytes: &[u8]) {
 }
 
 fn draw(arena: &ArenaSource) {
-    let mut chance = rover_host::experiment::generator(1, rover_host::experiment::Stream::Testing);
+    let mut chance =
+        rover_simulator::experiment::generator(1, rover_simulator::experiment::Stream::Testing);
     let scenario = arena.scenario(&mut chance);
     let (start, world) = (scenario.start, &scenario.world);
     assert!((0.0..=world.width_cm()).contains(&start.x_cm), "{start:?}");

@@ -1,0 +1,93 @@
+//! `rover status`
+
+use std::fmt::Write as _;
+
+use rover_shared::wire::message::{Fault, Hello, Status};
+use serde::Serialize;
+
+use super::port::PortArguments;
+use super::{Failure, narrate, print, print_json};
+use rover_link::{names, text};
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: PortArguments,
+    /// Print the result as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    port: &'a str,
+    hello: &'a Hello,
+    status: Status,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut client = arguments.port.connect()?;
+    let status = client.status()?;
+    let hello = client.hello();
+    if arguments.json {
+        let port = client.port_name();
+        return print_json(&Answer {
+            port,
+            hello,
+            status,
+        });
+    }
+    print(&describe(client.port_name(), hello, &status))
+}
+
+fn describe(port: &str, hello: &Hello, status: &Status) -> String {
+    let mut text = String::new();
+    let mut line = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<12} {value}");
+    };
+    line("port", port.into());
+    line("rover", narrate::hello(hello));
+    line(
+        "running for",
+        format!("{:.1} s", status.time.0 as f64 / 1e6),
+    );
+    let motors = if status.motors_enabled { "on" } else { "off" };
+    line(
+        "state",
+        format!("{}, motors {motors}", names::state(status.state)),
+    );
+    line("task", names::task(status.task).into());
+    line("direction", text::compass(status.direction));
+    line("actions", status.steps.to_string());
+    line(
+        "compass",
+        match status.heading {
+            Some(heading) => text::compass(heading),
+            None => names::compass_health(status.compass).into(),
+        },
+    );
+    for (channel, health) in (0..).zip(status.ranges) {
+        let i = usize::from(channel);
+        let cm = text::centimetres(status.distances[i]);
+        let counts = status.counts[i];
+        line(
+            names::channel(channel),
+            format!(
+                "{counts:>4} counts, {cm:>5} cm, {}",
+                names::channel_health(health)
+            ),
+        );
+    }
+    let counted: Vec<_> = Fault::ALL
+        .into_iter()
+        .filter(|fault| status.counters.of(*fault) > 0)
+        .map(|fault| format!("{} {}", names::fault(fault), status.counters.of(fault)))
+        .collect();
+    let faults = if counted.is_empty() {
+        "none".into()
+    } else {
+        counted.join(", ")
+    };
+    line("faults", faults);
+    text
+}

@@ -1,0 +1,4 @@
+//! Turing Rover's command line and dashboard.
+
+pub mod cli;
+pub mod monitor;

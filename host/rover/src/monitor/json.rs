@@ -1,0 +1,113 @@
+//! The dashboard as lines of JSON: one object for everything that happens, with the messages of
+//! logs.
+//!
+//! `{"at_us": 1500000, "topic": "/action", "message": {...}}`: `at_us` is the source's own time;
+//! topics and messages are those of [recordings](rover_log::recording) and of
+//! [simulations' logs](rover_log), and beside them `/connection`, `/answer`, `/frames`, `/begin`
+//! and `/said`.
+
+use std::time::Duration;
+
+use rover_shared::wire::message::Report;
+use rover_shared::wire::transfer::fingerprint;
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::happening::{Connection, Happening, Origin};
+use rover_link::explain_by_keys;
+use rover_link::names;
+use rover_log::Entry;
+use rover_log::recording::{Gap, LastWords, Pulled, Topic};
+
+/// The line for what happened, if a program can want it.
+pub fn line(now: Duration, happening: &Happening) -> Option<String> {
+    let (topic, message) = message(happening)?;
+    Some(object(now, topic, message))
+}
+
+/// The line for what the program itself has to say.
+pub fn said(now: Duration, text: &str) -> String {
+    object(now, "/said", json!({ "text": text }))
+}
+
+fn object(now: Duration, topic: &str, message: Value) -> String {
+    let at = u64::try_from(now.as_micros()).unwrap_or(u64::MAX);
+    json!({ "at_us": at, "topic": topic, "message": message }).to_string()
+}
+
+fn message(happening: &Happening) -> Option<(&'static str, Value)> {
+    Some(match happening {
+        Happening::Report(report) => return report_message(report),
+        Happening::Connection(connection) => ("/connection", self::connection(connection)),
+        Happening::Answer { command, result } => (
+            "/answer",
+            json!({
+                "command": names::command(command),
+                "done": result.is_ok(),
+                "refusal": result.err().map(value),
+                "reason": result.err().map(explain_by_keys),
+            }),
+        ),
+        Happening::Unanswered { command, reason } => (
+            "/answer",
+            json!({
+                "command": names::command(command),
+                "done": false,
+                "refusal": null,
+                "reason": reason,
+            }),
+        ),
+        Happening::Frames(counters) => ("/frames", value(counters)),
+        Happening::Begin(Some(Origin { seed, knowledge })) => (
+            "/begin",
+            json!({ "seed": seed, "knowledge": fingerprint(knowledge) }),
+        ),
+        Happening::Knowledge(bytes) => (
+            Topic::Knowledge.name(),
+            value(Pulled {
+                fingerprint: fingerprint(bytes),
+                length_bytes: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
+            }),
+        ),
+        Happening::Gap(reason) => {
+            let reason = reason.clone();
+            (Topic::Gap.name(), value(Gap { reason }))
+        }
+        Happening::Logged(Entry::Step(step)) => ("/step", value(step)),
+        Happening::Logged(Entry::End(end)) => ("/end", value(end)),
+        Happening::Begin(None) | Happening::Playback(_) => return None,
+    })
+}
+
+fn report_message(report: &Report) -> Option<(&'static str, Value)> {
+    let (topic, message) = match report {
+        Report::Hello(hello) => (Topic::Hello, value(hello)),
+        Report::Status(status) => (Topic::Status, value(status)),
+        Report::Action(action) => (Topic::Action, value(action)),
+        Report::Event(event) => (Topic::Event, value(event)),
+        Report::Fault(fault) => (Topic::Fault, value(fault)),
+        Report::LastWords(text) => {
+            let text = text.clone();
+            (Topic::LastWords, value(LastWords { text }))
+        }
+        Report::Ack(_) | Report::Knowledge(_) => return None,
+    };
+    Some((topic.name(), message))
+}
+
+fn connection(connection: &Connection) -> Value {
+    let (state, of) = match connection {
+        Connection::None => ("none", ""),
+        Connection::Searching(port) => ("searching", port.as_str()),
+        Connection::Open(port) => ("open", port.as_str()),
+        Connection::Lost(reason) => ("lost", reason.as_str()),
+        Connection::Log(file) => ("log", file.as_str()),
+    };
+    json!({ "state": state, "of": of })
+}
+
+/// Types of the contract and of logs have no maps whose keys are no text, nor anything else that
+/// JSON lacks.
+fn value(message: impl Serialize) -> Value {
+    serde_json::to_value(message).unwrap_or_default()
+}

@@ -1,0 +1,219 @@
+//! A rover at the end of a port as a source.
+
+use std::time::Duration;
+
+use rover_shared::time::{Duration as Span, Instant};
+use rover_shared::wire::message::{Ack, Command, Report};
+
+use super::happening::{Connection, Happening};
+use super::source::Source;
+use rover_link::names;
+use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
+
+/// Commands that may wait for answers: a silent rover gets no more but a disarming.
+const MOST_PENDING: usize = 8;
+
+/// A rover that is watched.
+pub struct Live {
+    client: Client,
+    /// What is to be given by the next poll.
+    happened: Vec<Happening>,
+    connected: bool,
+    /// Why the connection was last lost.
+    lost: Option<String>,
+    counters: Counters,
+    /// Commands that were not answered yet.
+    pending: Vec<Pending>,
+}
+
+/// A command that waits for its acknowledgement, while everything else goes on.
+struct Pending {
+    command: Command,
+    /// The number of its frame.
+    sequence: u16,
+    /// When it is late.
+    until: Instant,
+    /// How many times it may be sent again then.
+    left: u32,
+}
+
+impl Pending {
+    /// A later command has been given: sent again, this one would come after it. Only a disarming
+    /// may.
+    fn overtake(&mut self) {
+        if self.command != Command::Disarm {
+            self.left = 0;
+        }
+    }
+}
+
+/// Whether a command only asks, so that it does not matter which comes first.
+fn only_asks(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::ReadStatus | Command::PullKnowledge { .. } | Command::Ping | Command::Heartbeat
+    )
+}
+
+impl Live {
+    /// A rover that was introduced.
+    pub fn new(mut client: Client) -> Self {
+        client.keep_answers(true);
+        let mut live = Self {
+            counters: client.counters(),
+            client,
+            happened: Vec::new(),
+            connected: false,
+            lost: None,
+            pending: Vec::new(),
+        };
+        live.connect();
+        live
+    }
+
+    fn connect(&mut self) {
+        self.connected = true;
+        let port = self.client.port_name().to_owned();
+        let hello = Report::Hello(self.client.hello().clone());
+        self.happened.extend([
+            Happening::Connection(Connection::Open(port)),
+            Happening::report(hello),
+        ]);
+    }
+
+    fn lose(&mut self, error: &LinkError) {
+        let reason = error.to_string();
+        // Said once for each reason, however often it is tried.
+        if self.connected || self.lost.as_ref() != Some(&reason) {
+            let lost = Connection::Lost(reason.clone());
+            self.happened.push(Happening::Connection(lost));
+        }
+        for Pending { command, .. } in self.pending.drain(..) {
+            let reason = reason.clone();
+            self.happened
+                .push(Happening::Unanswered { command, reason });
+        }
+        self.lost = Some(reason);
+        self.connected = false;
+    }
+
+    /// Hears what comes within `span`.
+    fn hear(&mut self, span: Span) {
+        let until = self.client.now().after(span);
+        loop {
+            let left = until.since(self.client.now());
+            match self.client.next(left) {
+                Ok(Some(received)) => match received.report {
+                    Report::Ack(ack) => self.acknowledged(ack),
+                    report => self.happened.push(Happening::report(report)),
+                },
+                Ok(None) => return,
+                Err(error) => return self.lose(&error),
+            }
+            if left == Span::ZERO {
+                return;
+            }
+        }
+    }
+
+    fn acknowledged(&mut self, ack: Ack) {
+        let of = |pending: &Pending| pending.sequence == ack.sequence;
+        // Others are of repetitions, or of commands that were given up.
+        if let Some(i) = self.pending.iter().position(of) {
+            let command = self.pending.remove(i).command;
+            let result = ack.result;
+            self.happened.push(Happening::Answer { command, result });
+        }
+    }
+
+    /// Sends commands again whose answers are late, or gives them up.
+    fn repeat(&mut self) {
+        let now = self.client.now();
+        let (late, waiting) = std::mem::take(&mut self.pending)
+            .into_iter()
+            .partition::<Vec<_>, _>(|pending| pending.until <= now);
+        self.pending = waiting;
+        for Pending { command, left, .. } in late {
+            if left > 0 && self.connected {
+                self.post(command, left);
+            } else {
+                let reason = LinkError::Silent(names::command(&command)).to_string();
+                self.happened
+                    .push(Happening::Unanswered { command, reason });
+            }
+        }
+    }
+
+    /// Sends a command that may be sent so many times from now on.
+    fn post(&mut self, command: Command, times: u32) {
+        match self.client.post(&command) {
+            Ok(sequence) => self.pending.push(Pending {
+                until: self.client.now().after(ANSWER_WITHIN),
+                left: times.saturating_sub(1),
+                command,
+                sequence,
+            }),
+            Err(error) => {
+                let reason = error.to_string();
+                self.happened
+                    .push(Happening::Unanswered { command, reason });
+                self.lose(&error);
+            }
+        }
+    }
+
+    /// Tries to connect again for `span`.
+    fn retry(&mut self, span: Span) {
+        // What is said while hosts are introduced is none of the dashboard's business.
+        self.client.keep_answers(false);
+        let tried = self.client.reconnect(span, &|| false);
+        self.client.keep_answers(true);
+        match tried {
+            Ok(()) => self.connect(),
+            // What is there now is not what was.
+            Err(error @ LinkError::Mismatch { .. }) => self.lose(&error),
+            Err(_) => {}
+        }
+    }
+}
+
+impl Source for Live {
+    fn now(&self) -> Duration {
+        Duration::from_micros(self.client.now().0)
+    }
+
+    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+        let span = Span(u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX));
+        if self.connected {
+            self.hear(span);
+            self.repeat();
+        } else {
+            self.retry(span);
+        }
+        let counters = self.client.counters();
+        if counters != self.counters {
+            self.counters = counters;
+            self.happened.push(Happening::Frames(counters));
+        }
+        std::mem::take(&mut self.happened)
+    }
+
+    fn send(&mut self, command: &Command) {
+        let command = command.clone();
+        if !self.connected {
+            let reason = "the rover is not connected".into();
+            self.happened
+                .push(Happening::Unanswered { command, reason });
+        } else if self.pending.len() >= MOST_PENDING && command != Command::Disarm {
+            let reason = "the rover has not answered the commands before".into();
+            self.happened
+                .push(Happening::Unanswered { command, reason });
+        } else {
+            if !only_asks(&command) {
+                self.pending.iter_mut().for_each(Pending::overtake);
+            }
+            let times = attempts(&command);
+            self.post(command, times);
+        }
+    }
+}

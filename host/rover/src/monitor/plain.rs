@@ -1,0 +1,358 @@
+//! The dashboard as lines: for screen readers, pipes and terminals that can do no more. No colour,
+//! no moving of the cursor; a line an event, and not so many that nobody can follow.
+
+use std::time::Duration;
+
+use rover_shared::controller::Familiarity;
+use rover_shared::sensing::Stimulus;
+use rover_shared::sensing::neuron::Activation;
+use rover_shared::wire::message::{Command, Mode, Task};
+
+use super::happening::Happening;
+use super::keys::{Meaning, direction};
+use super::model::{Action, Dashboard, Knowledge};
+use rover_link::explain_by_keys;
+use rover_link::{names, text};
+
+/// Lines that may come at once, and how long it takes until another one may.
+const BURST: u32 = 10;
+const REFILL: Duration = Duration::from_millis(500);
+/// Patterns that are told.
+const PATTERNS: usize = 10;
+
+/// What may be typed.
+pub const HELP: &str = "type: arm, disarm (or an empty line), learn, run, idle, direction DEGREES, \
+    fixed, wander, store, status, patterns, staircases, help, quit, leave";
+
+/// Turns what happened into lines.
+pub struct Plain {
+    /// Time between two actions that are told.
+    every: Duration,
+    told: Option<Duration>,
+    untold: u32,
+    noted: u64,
+    /// Lines that may still come, and when another one was last allowed.
+    allowed: u32,
+    refilled: Duration,
+    left_out: u32,
+}
+
+impl Plain {
+    /// Tells of one action in `every`, and of everything else.
+    pub fn new(every: Duration) -> Self {
+        Self {
+            every,
+            told: None,
+            untold: 0,
+            noted: 0,
+            allowed: BURST,
+            refilled: Duration::ZERO,
+            left_out: 0,
+        }
+    }
+
+    /// The lines for what happened at `now`, which the dashboard has already taken.
+    pub fn lines(
+        &mut self,
+        now: Duration,
+        happening: &Happening,
+        dashboard: &Dashboard,
+    ) -> Vec<String> {
+        self.refill(now);
+        let mut lines = Vec::new();
+        let fresh = dashboard.noted.saturating_sub(self.noted);
+        self.noted = dashboard.noted;
+        let kept = dashboard.notes.len();
+        let skipped = kept.saturating_sub(usize::try_from(fresh).unwrap_or(kept));
+        for note in dashboard.notes.iter().skip(skipped) {
+            if self.allowed == 0 {
+                self.left_out += 1;
+                continue;
+            }
+            self.allowed -= 1;
+            if self.left_out > 0 {
+                lines.push(format!("{} lines were left out", self.left_out));
+                self.left_out = 0;
+            }
+            let time = note.time.map(text::clock);
+            let text = text::printable(&note.text, false);
+            lines.push(time.map_or(text.clone(), |time| format!("{time} {text}")));
+        }
+        if let Happening::Playback(playback) = happening
+            && playback.cut_off
+            && playback.at == playback.of
+        {
+            lines.push("the log is cut off here".into());
+        }
+        if let (true, Some(action)) = (happening.is_action(), &dashboard.action) {
+            lines.extend(self.action(now, action, dashboard));
+        }
+        lines
+    }
+
+    fn refill(&mut self, now: Duration) {
+        let passed = now.saturating_sub(self.refilled);
+        let more = (passed.as_millis() / REFILL.as_millis()).min(u128::from(BURST)) as u32;
+        if more > 0 {
+            self.allowed = (self.allowed + more).min(BURST);
+            self.refilled = now;
+        }
+    }
+
+    fn action(&mut self, now: Duration, action: &Action, dashboard: &Dashboard) -> Option<String> {
+        let early = |told: Duration| now.saturating_sub(told) < self.every;
+        if self.told.is_some_and(early) {
+            self.untold += 1;
+            return None;
+        }
+        self.told = Some(now);
+        let time = dashboard.time.map(text::clock);
+        let mut line = time.map_or(String::new(), |time| format!("{time} "));
+        line.push_str(&sentence(action));
+        if self.untold > 0 {
+            let actions = if self.untold == 1 {
+                "action"
+            } else {
+                "actions"
+            };
+            line.push_str(&format!("; {} {actions} before it not told", self.untold));
+            self.untold = 0;
+        }
+        Some(line)
+    }
+}
+
+/// An action as one sentence.
+fn sentence(action: &Action) -> String {
+    let step = &action.step;
+    let mut parts = vec![match step.perceived {
+        Some(perceived) => {
+            let familiarity = match perceived.familiarity {
+                Familiarity::Known => "known",
+                Familiarity::New | Familiarity::Replaced(_) => "new",
+            };
+            format!(
+                "action {}: pattern {} {familiarity}",
+                step.step, perceived.code
+            )
+        }
+        None if step.unsettled() => format!("action {}: no pattern settled", step.step),
+        None => format!("action {}: no target sensed", step.step),
+    }];
+    let turn = text::turn(step.action.phase);
+    let ahead = text::centimetres(step.action.module);
+    parts.push(format!("turn {turn}, ahead {ahead} cm"));
+    if let Some(outcome) = action.outcome {
+        parts.push(names::outcome(outcome).into());
+    }
+    let [front, left, right] =
+        [action.sample.front, action.sample.left, action.sample.right].map(text::centimetres);
+    parts.push(format!("front {front}, left {left}, right {right} cm"));
+    if let Some(sensed) = step.sensed {
+        parts.push(format!("to go {}", text::turn(sensed.target_angle)));
+        parts.push(format!(
+            "reward {:.2}",
+            f64::from(sensed.reward.total()) / 1e6
+        ));
+    }
+    parts.join("; ")
+}
+
+/// Everything at this moment, in sentences.
+pub fn status(dashboard: &Dashboard) -> Vec<String> {
+    let mut lines = vec![super::view::connection(dashboard)];
+    if let Some(rover) = &dashboard.rover {
+        let name = format!("rover {} {}", rover.board, rover.firmware);
+        lines.push(text::printable(&name, false));
+    }
+    if let Some(state) = dashboard.state {
+        let motors = match dashboard.motors_enabled {
+            Some(true) => ", motors on",
+            Some(false) => ", motors off",
+            None => "",
+        };
+        lines.push(format!("state {}{motors}", names::loud_state(state)));
+    }
+    if let Some(task) = dashboard.task {
+        let direction = dashboard.direction.map(text::compass);
+        let direction = direction.map_or(String::new(), |d| format!(", direction {d}"));
+        lines.push(format!("task {}{direction}", names::task(task)));
+    }
+    if let Some(session) = dashboard.session {
+        let (seed, knowledge) = (session.seed, session.knowledge);
+        lines.push(format!(
+            "session seed {seed}, from knowledge {knowledge:08x}"
+        ));
+    }
+    lines.extend(sensors(dashboard));
+    if let Some(action) = &dashboard.action {
+        lines.push(sentence(action));
+    }
+    lines.push(knowledge(dashboard));
+    if let Some((command, refusal)) = &dashboard.refused {
+        let (command, refusal) = (names::command(command), explain_by_keys(*refusal));
+        lines.push(format!("refused: {command}: {refusal}"));
+    }
+    lines.push(counters(dashboard));
+    lines
+}
+
+fn sensors(dashboard: &Dashboard) -> Vec<String> {
+    let mut lines = Vec::new();
+    let readings = dashboard.readings;
+    for (i, name) in names::CHANNELS.iter().enumerate() {
+        let distance = readings.and_then(|readings| readings.distances[i]);
+        let counts = readings.and_then(|readings| readings.counts).map(|c| c[i]);
+        let health = dashboard.ranges.map(|ranges| ranges[i]);
+        let parts: Vec<String> = [
+            distance.map(|d| format!("{} cm", text::centimetres(d))),
+            counts.map(|counts| format!("{counts} counts")),
+            health.map(|health| names::channel_health(health).into()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        if !parts.is_empty() {
+            lines.push(format!("range sensor {name}: {}", parts.join(", ")));
+        }
+    }
+    if let Some(health) = dashboard.compass {
+        let heading = readings.and_then(|readings| readings.heading);
+        let heading = heading.map_or(String::new(), |h| format!("{}, ", text::compass(h)));
+        lines.push(format!(
+            "compass: {heading}{}",
+            names::compass_health(health)
+        ));
+    }
+    lines
+}
+
+fn knowledge(dashboard: &Dashboard) -> String {
+    match &dashboard.knowledge {
+        Knowledge::Known(mirror) => {
+            let (patterns, steps) = (mirror.patterns().len(), mirror.steps());
+            format!("knowledge of {patterns} patterns after {steps} actions")
+        }
+        Knowledge::Unknown(why) => format!("knowledge not known: {why}"),
+    }
+}
+
+fn counters(dashboard: &Dashboard) -> String {
+    let frames = &dashboard.frames;
+    let mut text = format!(
+        "{} frames lost, {} damaged, {} reports unread, {} actions missed, {} reconnections",
+        frames.lost, frames.damaged, frames.unread, dashboard.missed, frames.reconnected
+    );
+    for fault in rover_shared::wire::message::Fault::ALL {
+        match dashboard.counters.of(fault) {
+            0 => {}
+            count => text.push_str(&format!(", {} {count}", names::fault(fault))),
+        }
+    }
+    text
+}
+
+/// The patterns used most.
+pub fn patterns(dashboard: &Dashboard) -> Vec<String> {
+    let Some(mirror) = dashboard.mirror() else {
+        return vec![knowledge(dashboard)];
+    };
+    let told = mirror.by_use().into_iter().take(PATTERNS).map(|pattern| {
+        let turn = pattern.phase.map_or("turn unknown".into(), text::turn);
+        let drawing = pattern.code.picture().to_string().replace('\n', " ");
+        format!(
+            "pattern {}, {} times, {turn}, rows {drawing}",
+            pattern.code, pattern.occurrences
+        )
+    });
+    std::iter::once(knowledge(dashboard)).chain(told).collect()
+}
+
+/// The staircases.
+pub fn staircases(dashboard: &Dashboard) -> Vec<String> {
+    let Some(mirror) = dashboard.mirror() else {
+        return vec![knowledge(dashboard)];
+    };
+    let sensed = dashboard.action.and_then(|action| action.step.sensed);
+    let each = Stimulus::ALL.into_iter().zip(mirror.neurons()).enumerate();
+    each.map(|(i, (stimulus, neuron))| {
+        let amplitudes = neuron.amplitudes();
+        let texts =
+            amplitudes.map(|a| format!("{:.2}", f64::from(a.0) / f64::from(Activation::ONE)));
+        let active = sensed.map_or(String::new(), |sensed| {
+            format!(", step {} active", sensed.percept.steps()[i].index())
+        });
+        format!(
+            "{} steps {}{active}",
+            names::stimulus(stimulus),
+            texts.join(" ")
+        )
+    })
+    .collect()
+}
+
+/// What a typed line asks for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Asked {
+    /// To do this.
+    Do(Meaning),
+    /// To be told this.
+    Tell(Topic),
+}
+
+/// What can be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// Everything, shortly.
+    Status,
+    /// The patterns used most.
+    Patterns,
+    /// The staircases.
+    Staircases,
+    /// What may be typed.
+    Help,
+}
+
+impl Topic {
+    /// The lines that tell it.
+    pub fn lines(self, dashboard: &Dashboard) -> Vec<String> {
+        match self {
+            Self::Status => status(dashboard),
+            Self::Patterns => patterns(dashboard),
+            Self::Staircases => staircases(dashboard),
+            Self::Help => vec![HELP.into()],
+        }
+    }
+}
+
+/// Understands a typed line.
+///
+/// # Errors
+/// A sentence that says what may be typed.
+pub fn understand(line: &str) -> Result<Asked, String> {
+    let mut words = line.split_whitespace();
+    let (first, second, third) = (words.next(), words.next(), words.next());
+    let command = |command| Ok(Asked::Do(Meaning::Command(command)));
+    match (first, second, third) {
+        (None | Some("disarm" | "d"), None, None) => command(Command::Disarm),
+        (Some("arm" | "a"), None, None) => command(Command::Arm),
+        (Some("learn" | "l"), None, None) => command(Command::SetMode(Mode::Learn)),
+        (Some("run" | "r"), None, None) => command(Command::SetMode(Mode::Run)),
+        (Some("idle" | "i"), None, None) => command(Command::SetMode(Mode::Idle)),
+        (Some("fixed" | "f"), None, None) => command(Command::SetTask(Task::FollowDirection)),
+        (Some("wander" | "w"), None, None) => {
+            command(Command::SetTask(Task::FollowChangingDirection))
+        }
+        (Some("store" | "s"), None, None) => command(Command::StoreKnowledge),
+        (Some("direction" | "g"), Some(degrees), None) => {
+            command(Command::SetDirection(direction(degrees)?))
+        }
+        (Some("status"), None, None) => Ok(Asked::Tell(Topic::Status)),
+        (Some("patterns"), None, None) => Ok(Asked::Tell(Topic::Patterns)),
+        (Some("staircases"), None, None) => Ok(Asked::Tell(Topic::Staircases)),
+        (Some("help" | "?"), None, None) => Ok(Asked::Tell(Topic::Help)),
+        (Some("quit" | "q"), None, None) => Ok(Asked::Do(Meaning::Quit)),
+        (Some("leave" | "Q"), None, None) => Ok(Asked::Do(Meaning::Leave)),
+        _ => Err(format!("not understood; {HELP}")),
+    }
+}

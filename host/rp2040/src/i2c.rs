@@ -1,0 +1,347 @@
+//! An I2C controller as the bus master (RP2040 datasheet 4.3), and the bus at its pins.
+//!
+//! Transfers take place byte by byte, in the time that the SCL counts make of it (4.3.14.1): a byte
+//! and its acknowledgement are nine periods of (HCNT + SPKLEN + 7) + (LCNT + 1) cycles, a START or
+//! STOP condition takes as much as the counts leave for it, and rise times are none. An entry
+//! leaves the transmit FIFO when its byte begins.
+//!
+//! Not modelled: being a slave, START bytes, a second master. With SDA held low the master loses
+//! the arbitration at the first 1 that it sends, and a STOP condition waits until SDA can rise.
+
+use std::collections::VecDeque;
+
+use super::peripheral::{Cycles, Peripheral, Write};
+
+mod bus;
+mod master;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+pub use bus::{I2cDevice, LineFault, Lines};
+
+use bus::Bus;
+use master::{Command, Step};
+use settings::{Settings, con};
+
+/// The interrupt lines of both controllers, I2C0_IRQ and I2C1_IRQ.
+pub const IRQS: [u32; 2] = [23, 24];
+/// Entries of each FIFO.
+pub const FIFO_DEPTH: usize = 16;
+
+const DATA_CMD: u32 = 0x10;
+const INTR_STAT: u32 = 0x2c;
+const RAW_INTR_STAT: u32 = 0x34;
+const CLR_INTR: u32 = 0x40;
+const CLR_RX_UNDER: u32 = 0x44;
+const CLR_RX_OVER: u32 = 0x48;
+const CLR_TX_OVER: u32 = 0x4c;
+const CLR_TX_ABRT: u32 = 0x54;
+const CLR_ACTIVITY: u32 = 0x5c;
+const CLR_STOP_DET: u32 = 0x60;
+const CLR_START_DET: u32 = 0x64;
+const ENABLE: u32 = 0x6c;
+const STATUS: u32 = 0x70;
+const TXFLR: u32 = 0x74;
+const RXFLR: u32 = 0x78;
+const TX_ABRT_SOURCE: u32 = 0x80;
+const ENABLE_STATUS: u32 = 0x9c;
+const COMP_VERSION: u32 = 0xf8;
+const COMP_TYPE: u32 = 0xfc;
+
+/// Bits of the interrupt registers. RD_REQ (5), RX_DONE (7), GEN_CALL (11) and RESTART_DET (12) are
+/// a slave's and never set.
+mod interrupt {
+    pub const RX_UNDER: u32 = 1 << 0;
+    pub const RX_OVER: u32 = 1 << 1;
+    pub const RX_FULL: u32 = 1 << 2;
+    pub const TX_OVER: u32 = 1 << 3;
+    pub const TX_EMPTY: u32 = 1 << 4;
+    pub const TX_ABRT: u32 = 1 << 6;
+    pub const ACTIVITY: u32 = 1 << 8;
+    pub const STOP_DET: u32 = 1 << 9;
+    pub const START_DET: u32 = 1 << 10;
+}
+
+/// Bits of IC_ENABLE.
+mod enable {
+    pub const ENABLE: u32 = 1 << 0;
+    pub const ABORT: u32 = 1 << 1;
+    pub const TX_CMD_BLOCK: u32 = 1 << 2;
+}
+
+/// Bits of IC_STATUS.
+mod status {
+    pub const ACTIVITY: u32 = 1 << 0;
+    pub const TFNF: u32 = 1 << 1;
+    pub const TFE: u32 = 1 << 2;
+    pub const RFNE: u32 = 1 << 3;
+    pub const RFF: u32 = 1 << 4;
+    pub const MST_ACTIVITY: u32 = 1 << 5;
+}
+
+/// Bits of IC_TX_ABRT_SOURCE that a master sets.
+mod abort {
+    pub const ADDR_NOACK_7B: u32 = 1 << 0;
+    pub const ADDR1_NOACK_10B: u32 = 1 << 1;
+    pub const TXDATA_NOACK: u32 = 1 << 3;
+    pub const GCALL_NOACK: u32 = 1 << 4;
+    pub const GCALL_READ: u32 = 1 << 5;
+    pub const RD_NORSTRT_10B: u32 = 1 << 10;
+    pub const MASTER_DIS: u32 = 1 << 11;
+    pub const LOST: u32 = 1 << 12;
+    pub const USER_ABRT: u32 = 1 << 16;
+    /// TX_FLUSH_CNT, entries of the transmit FIFO that were lost.
+    pub const FLUSHED_SHIFT: u32 = 23;
+}
+
+/// A controller and the devices on its bus.
+#[derive(Clone, Debug)]
+pub struct I2c {
+    settings: Settings,
+    enabled: bool,
+    /// ENABLE was written 0: the master comes to rest even if it is enabled again meanwhile.
+    disabling: bool,
+    /// IC_ENABLE.ABORT.
+    aborting: bool,
+    /// IC_ENABLE.TX_CMD_BLOCK.
+    blocked: bool,
+    transmit: VecDeque<Command>,
+    receive: VecDeque<u16>,
+    /// Interrupt bits that stay until they are cleared.
+    raised: u32,
+    abort_source: u32,
+    step: Step,
+    /// When the step ends, unless something holds the bus.
+    due: Cycles,
+    /// When a START may follow the last STOP.
+    free_at: Cycles,
+    bus: Bus,
+}
+
+impl Default for I2c {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl I2c {
+    /// A controller after power-up, with nothing on its bus.
+    pub fn new() -> Self {
+        Self::on(Bus::new())
+    }
+
+    fn on(bus: Bus) -> Self {
+        Self {
+            settings: Settings::default(),
+            enabled: false,
+            disabling: false,
+            aborting: false,
+            blocked: false,
+            transmit: VecDeque::with_capacity(FIFO_DEPTH),
+            receive: VecDeque::with_capacity(FIFO_DEPTH),
+            raised: 0,
+            abort_source: 0,
+            step: Step::Idle,
+            due: 0,
+            free_at: 0,
+            bus,
+        }
+    }
+
+    /// Resets the controller, which lets go of the bus; devices and faults on it stay.
+    pub fn reset(&mut self) {
+        let bus = std::mem::replace(&mut self.bus, Bus::new());
+        *self = Self::on(bus);
+    }
+
+    /// Puts one more device on the bus.
+    pub fn attach(&mut self, device: impl I2cDevice) {
+        self.bus.attach(Box::new(device));
+    }
+
+    /// The first device of this type on the bus.
+    pub fn device<D: I2cDevice>(&self) -> Option<&D> {
+        self.bus.device()
+    }
+
+    /// The first device of this type on the bus.
+    pub fn device_mut<D: I2cDevice>(&mut self) -> Option<&mut D> {
+        self.bus.device_mut()
+    }
+
+    /// Breaks the bus in this way from now on, or mends it.
+    pub fn set_fault(&mut self, fault: LineFault, now: Cycles) {
+        self.advance(now);
+        self.changed(now, |this| this.bus.set_fault(fault));
+    }
+
+    /// What is wrong with the bus.
+    pub fn fault(&self) -> LineFault {
+        self.bus.fault()
+    }
+
+    /// Tells what the pins drive the lines to when they are not the controller's (false is low,
+    /// true is low by nobody): to be called when that changes, and with both true when the pins go
+    /// back to the controller.
+    pub fn pins(&mut self, driven: Lines, now: Cycles) {
+        self.advance(now);
+        self.changed(now, |this| this.bus.pins(driven));
+    }
+
+    /// The levels that pins read which are not the controller's. What the controller itself sends
+    /// is not seen in them.
+    pub fn lines(&self) -> Lines {
+        self.bus.lines()
+    }
+
+    /// Whether the transmit FIFO asks the DMA controller for a transfer.
+    pub fn transmit_request(&self) -> bool {
+        let level = self.transmit.len() as u32;
+        self.enabled && self.settings.dma_transmits() && level <= self.settings.dma_tdlr
+    }
+
+    /// Whether the receive FIFO asks the DMA controller for a transfer.
+    pub fn receive_request(&self) -> bool {
+        let level = self.receive.len() as u32;
+        self.settings.dma_receives() && level > self.settings.dma_rdlr
+    }
+
+    /// The level of its interrupt line.
+    pub fn line(&self) -> bool {
+        self.raw_interrupts() & self.settings.intr_mask != 0
+    }
+
+    /// IC_RAW_INTR_STAT.
+    fn raw_interrupts(&self) -> u32 {
+        let few_to_send = self.transmit.len() as u32 <= self.settings.tx_tl;
+        let waits_for_the_byte = self.settings.has(con::TX_EMPTY_CTRL) && self.step.sends();
+        let tx_empty = self.enabled && few_to_send && !waits_for_the_byte;
+        let rx_full = self.receive.len() as u32 > self.settings.rx_tl;
+        self.raised | flag(tx_empty, interrupt::TX_EMPTY) | flag(rx_full, interrupt::RX_FULL)
+    }
+
+    fn status(&self) -> u32 {
+        let active = self.step != Step::Idle;
+        flag(active, status::ACTIVITY | status::MST_ACTIVITY)
+            | flag(self.transmit.len() < FIFO_DEPTH, status::TFNF)
+            | flag(self.transmit.is_empty(), status::TFE)
+            | flag(!self.receive.is_empty(), status::RFNE)
+            | flag(self.receive.len() == FIFO_DEPTH, status::RFF)
+    }
+
+    fn read_enable(&self) -> u32 {
+        flag(self.enabled, enable::ENABLE)
+            | flag(self.aborting, enable::ABORT)
+            | flag(self.blocked, enable::TX_CMD_BLOCK)
+    }
+
+    /// Reads a register that clears interrupts; gives whether one of them was there.
+    fn clear(&mut self, interrupts: u32) -> u32 {
+        let cleared = self.raised & interrupts;
+        self.raised &= !interrupts;
+        if interrupts & interrupt::TX_ABRT != 0 {
+            self.abort_source = 0;
+        }
+        u32::from(cleared != 0)
+    }
+
+    /// While the master is active that stays.
+    fn activity(&self) -> u32 {
+        if self.step == Step::Idle {
+            interrupt::ACTIVITY
+        } else {
+            0
+        }
+    }
+
+    fn pop(&mut self, now: Cycles) -> u32 {
+        let Some(entry) = self.receive.front().copied() else {
+            self.raised |= interrupt::RX_UNDER;
+            return 0;
+        };
+        // A bus that was held because the FIFO was full goes on.
+        self.changed(now, |this| this.receive.pop_front());
+        entry.into()
+    }
+
+    fn push(&mut self, command: Command, now: Cycles) {
+        // After an abort the FIFO stays flushed until that is cleared.
+        if !self.enabled || self.raised & interrupt::TX_ABRT != 0 {
+            return;
+        }
+        if self.transmit.len() == FIFO_DEPTH {
+            self.raised |= interrupt::TX_OVER;
+            return;
+        }
+        self.transmit.push_back(command);
+        self.go_on(now);
+    }
+
+    fn write_enable(&mut self, value: u32, now: Cycles) {
+        let enabled = value & enable::ENABLE != 0;
+        self.blocked = value & enable::TX_CMD_BLOCK != 0;
+        if self.enabled && !enabled {
+            self.disabling = true;
+            self.transmit.clear();
+            self.receive.clear();
+            self.raised &= !(interrupt::RX_UNDER | interrupt::RX_OVER | interrupt::TX_OVER);
+            self.abort_source &= (1 << abort::FLUSHED_SHIFT) - 1;
+        }
+        self.enabled = enabled;
+        // It cannot be cleared by writing.
+        self.aborting |= enabled && value & enable::ABORT != 0;
+        self.go_on(now);
+    }
+}
+
+fn flag(set: bool, bits: u32) -> u32 {
+    if set { bits } else { 0 }
+}
+
+impl Peripheral for I2c {
+    fn read(&mut self, offset: u32, now: Cycles) -> u32 {
+        self.advance(now);
+        match offset {
+            DATA_CMD => self.pop(now),
+            INTR_STAT => self.raw_interrupts() & self.settings.intr_mask,
+            RAW_INTR_STAT => self.raw_interrupts(),
+            CLR_INTR => self.clear(!interrupt::ACTIVITY | self.activity()),
+            CLR_RX_UNDER => self.clear(interrupt::RX_UNDER),
+            CLR_RX_OVER => self.clear(interrupt::RX_OVER),
+            CLR_TX_OVER => self.clear(interrupt::TX_OVER),
+            CLR_TX_ABRT => self.clear(interrupt::TX_ABRT),
+            CLR_ACTIVITY => self.clear(self.activity()),
+            CLR_STOP_DET => self.clear(interrupt::STOP_DET),
+            CLR_START_DET => self.clear(interrupt::START_DET),
+            ENABLE => self.read_enable(),
+            STATUS => self.status(),
+            TXFLR => self.transmit.len() as u32,
+            RXFLR => self.receive.len() as u32,
+            TX_ABRT_SOURCE => self.abort_source,
+            ENABLE_STATUS => u32::from(self.enabled || self.disabling),
+            COMP_VERSION => 0x3230_312a,
+            COMP_TYPE => 0x4457_0140,
+            _ => self.settings.read(offset),
+        }
+    }
+
+    fn write(&mut self, offset: u32, write: Write, now: Cycles) {
+        self.advance(now);
+        match offset {
+            DATA_CMD => self.push(Command::new(write.onto(0)), now),
+            ENABLE => self.write_enable(write.onto(self.read_enable()), now),
+            _ => self.settings.write(offset, write, self.enabled),
+        }
+    }
+
+    fn next_event(&self) -> Option<Cycles> {
+        (self.step.takes_time() && !self.is_held()).then_some(self.due)
+    }
+
+    fn advance(&mut self, now: Cycles) {
+        while let Some(due) = self.next_event().filter(|&due| due <= now) {
+            self.finish_step(due);
+        }
+    }
+}
