@@ -145,9 +145,12 @@ fn a_host_in_python_has_a_rover_learn_and_understands_what_it_says() {
 
     let hello = of_kind(&lines, "Hello")[0];
     assert_eq!(hello["schema"], SCHEMA_HASH);
-    assert_eq!(hello["board"], "feather-rp2040");
+    assert_eq!(hello["board"], "rp2040-four-adc");
     assert_eq!(hello["reset"], "PowerOn");
-    assert!(lines.iter().all(|line| line["lost_frames"] == 0), "{lines:?}");
+    assert!(
+        lines.iter().all(|line| line["lost_frames"] == 0),
+        "{lines:?}"
+    );
     let frames: Vec<_> = lines.iter().collect();
     assert!(ascend(&numbers(&frames, "/frame"), 1), "{lines:?}");
 
@@ -166,15 +169,25 @@ fn a_host_in_python_has_a_rover_learn_and_understands_what_it_says() {
         }
         for channel in 0..4 {
             within(&format!("/counts_adc/{channel}"), 1, 4_095);
-            within(&format!("/step/sensed/percept_ppm/{channel}"), -1_000_000, 1_000_000);
+            within(
+                &format!("/step/sensed/percept_ppm/{channel}"),
+                -1_000_000,
+                1_000_000,
+            );
             assert_eq!(action["ranges"][channel], "Good");
         }
         within("/sample/heading_udeg", -179_999_999, 180_000_000);
         within("/step/action/module_um", 70_000, 70_000);
-        assert!(action["step"]["perceived"]["familiarity"].is_string(), "{action}");
+        assert!(
+            action["step"]["perceived"]["familiarity"].is_string(),
+            "{action}"
+        );
     }
     let session = |line: &&Value| line["kind"]["Session"]["mode"] == "Learn";
-    assert_eq!(of_kind(&lines, "Event").into_iter().filter(session).count(), 1);
+    assert_eq!(
+        of_kind(&lines, "Event").into_iter().filter(session).count(),
+        1
+    );
 
     let last = *of_kind(&lines, "Status").last().unwrap();
     assert!(of_kind(&lines, "Status").len() > 5, "one a second");

@@ -100,7 +100,12 @@ fn the_tables_are_the_types_of_the_contract() {
     for (name, shape) in &shapes.found {
         assert_eq!(described.get(name), Some(shape), "{name}");
     }
-    assert_eq!(described.len(), shapes.found.len(), "{:?}", described.keys());
+    assert_eq!(
+        described.len(),
+        shapes.found.len(),
+        "{:?}",
+        described.keys()
+    );
 }
 
 /// A frame, and its bytes before stuffing.
@@ -202,7 +207,10 @@ fn example(title: &str) -> Example {
                 distance: Micrometres::from_cm(cm),
             });
             let (channel, points) = (2, points.into_iter().collect());
-            Said(2, Command::Calibrate(Calibration::Range { channel, points }))
+            Said(
+                2,
+                Command::Calibrate(Calibration::Range { channel, points }),
+            )
         }
         "PushKnowledge" => Said(
             2,
@@ -326,7 +334,11 @@ fn the_examples_are_real_frames() {
         let lines = block.split("```").nth(1).unwrap().lines().skip(1);
         let (mut plain, mut frame) = (Vec::new(), Vec::new());
         for (label, bytes) in lines.map(bytes) {
-            let to = if label == "frame" { &mut frame } else { &mut plain };
+            let to = if label == "frame" {
+                &mut frame
+            } else {
+                &mut plain
+            };
             to.extend(bytes);
         }
         let real = match example(&title.replace('`', "")) {

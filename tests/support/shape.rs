@@ -6,8 +6,8 @@ use std::fmt;
 
 use serde::de::value::U32Deserializer;
 use serde::de::{
-    self, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess,
-    IntoDeserializer, SeqAccess, VariantAccess, Visitor,
+    self, DeserializeOwned, DeserializeSeed, Deserializer, EnumAccess, IntoDeserializer, SeqAccess,
+    VariantAccess, Visitor,
 };
 
 /// How a struct or an enum is made.
@@ -57,7 +57,10 @@ impl Shapes {
 
     /// The variant to look at now: one that was not seen yet, or else one after another.
     fn choose(&mut self, name: &str, variants: &[&str]) -> usize {
-        let unseen = variants.iter().map(|&v| (v.into(), UNSEEN.into())).collect();
+        let unseen = variants
+            .iter()
+            .map(|&v| (v.into(), UNSEEN.into()))
+            .collect();
         let shape = self.found.entry(name.into());
         let Shape::Enum(known) = shape.or_insert(Shape::Enum(unseen)) else {
             panic!("{name} is a struct and an enum");
