@@ -159,7 +159,7 @@ fn a_recording_knows_where_the_emulated_rover_was_and_what_it_was_told() {
     assert!(whole > 100, "{whole}");
 
     // Figures take it in parts: 100 actions, and the last one with the rest that is no half.
-    let parts = rover_figure::Recording::new(&log).unwrap().drives;
+    let parts = rover_figure::LoggedSession::new(&log).unwrap().drives;
     let lengths: Vec<_> = parts.iter().map(|part| part.events.len()).collect();
     assert_eq!(lengths, [100, 100, 60]);
     assert!(parts.iter().all(|part| part.arena_known));

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::Cursor;
 use std::process::Command;
 
-use rover_figure::{Figures, Moment, Recording, first_trial, of_recordings};
+use rover_figure::{Figures, LoggedSession, Moment, first_trial, of_recordings};
 use rover_log::knowledge;
 use rover_log::{Entry, Log, LogWriter, Origin};
 use rover_shared::learning::Mode;
@@ -73,12 +73,12 @@ impl Logged {
         Log::read(&self.file).unwrap()
     }
 
-    fn recording(&self) -> Recording {
-        Recording::new(&self.log()).unwrap()
+    fn recording(&self) -> LoggedSession {
+        LoggedSession::new(&self.log()).unwrap()
     }
 }
 
-fn drawn(recordings: Vec<Recording>, moment: Moment) -> Figures {
+fn drawn(recordings: Vec<LoggedSession>, moment: Moment) -> Figures {
     let names = (1..).map(|i| format!("log-{i}.mcap"));
     let named: Vec<_> = names.zip(recordings).collect();
     of_recordings(&named, moment).unwrap()
@@ -348,7 +348,7 @@ fn patterns_grow_as_the_core_lets_them() {
 #[test]
 fn several_logs_share_the_learning_curves() {
     let logs: Vec<Logged> = (81..84).map(Logged::aiming).collect();
-    let recordings: Vec<Recording> = logs.iter().map(Logged::recording).collect();
+    let recordings: Vec<LoggedSession> = logs.iter().map(Logged::recording).collect();
     let mut cut = recordings.clone();
     cut[1].drives.truncate(2);
     let figures = drawn(cut, Moment::default());
@@ -384,7 +384,7 @@ fn without_poses_the_way_is_reckoned_from_compass_and_moves() {
                 step.pose = None;
             }
         }
-        let (known, reckoned) = (logged.recording(), Recording::new(&log).unwrap());
+        let (known, reckoned) = (logged.recording(), LoggedSession::new(&log).unwrap());
         for (known, reckoned) in known.drives.iter().zip(&reckoned.drives) {
             assert!(!reckoned.arena_known);
             let from = reckoned.scenario.start.position() - known.scenario.start.position();
@@ -411,7 +411,7 @@ fn a_log_that_was_cut_off_is_drawn_up_to_the_cut() {
     let logged = Logged::aiming(101);
     let log = Log::read(&logged.file[..logged.file.len() * 2 / 3]).unwrap();
     assert!(log.cut_off);
-    let recording = Recording::new(&log).unwrap();
+    let recording = LoggedSession::new(&log).unwrap();
     assert!(recording.cut_off);
     assert_eq!(recording.lessons.neurons, recording.history.at(u64::MAX));
     let figures = drawn(vec![recording], Moment::default());
@@ -423,7 +423,7 @@ fn a_log_that_was_cut_off_is_drawn_up_to_the_cut() {
 fn a_log_without_actions_is_refused() {
     let mut log = Logged::aiming(111).log();
     log.entries.clear();
-    let error = Recording::new(&log).unwrap_err().to_string();
+    let error = LoggedSession::new(&log).unwrap_err().to_string();
     assert!(error.contains("no actions"), "{error}");
 }
 

@@ -1,17 +1,17 @@
 //! All figures of one source, each with its title and what is said below it.
 
+use super::inputs::{Inputs, Place};
 use super::lattice::Growth;
-use super::material::{Material, Place};
 use super::palette::Palette;
-use super::scenes::{Scene, capitalised};
 use super::shape::Heading;
+use super::situations::{Scene, capitalised};
 use super::{
     Figure, Figures, lattice, learning, neuron, overview, page, patterns, position, sequence,
     staircases, trajectories,
 };
 use rover_simulator::experiment::Trial;
 
-impl Material {
+impl Inputs {
     /// Draws all figures and the page.
     pub fn draw(&self, place: &Place) -> Figures {
         let palette = Palette::new(&self.drives, &self.lessons);

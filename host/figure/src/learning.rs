@@ -6,7 +6,8 @@ use svg::node::element::Group;
 use super::axes::{self, Scale};
 use super::palette::{COLOURS, OTHERS};
 use super::shape::{
-    Area, HEADER, Heading, Outline, TEXT_SIZE, circle, group, line, number, rectangle, sheet, text,
+    Area, HEADER, Heading, Outline, TEXT_SIZE, circle, group, line, number, panel_area, rectangle,
+    sheet, text,
 };
 use rover_simulator::experiment::Trial;
 
@@ -86,14 +87,7 @@ pub(super) fn draw(
     let measures = measures(follow_direction);
     let mut parts = vec![legend(sessions, !follow_direction, unit)];
     for (i, measure) in measures.iter().enumerate() {
-        let (column, row) = ((i % 2) as f64, (i / 2) as f64);
-        let (left, top) = (72.0 + PITCH[0] * column, HEADER + 62.0 + PITCH[1] * row);
-        let area = Area {
-            left,
-            top,
-            width: PANEL[0],
-            height: PANEL[1],
-        };
+        let area = panel_area(i, [72.0, HEADER + 62.0], PITCH, PANEL);
         parts.push(panel(area, i, measure, sessions, unit));
     }
     let rows = measures.len().div_ceil(2) as f64;

@@ -18,11 +18,12 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `drive`, `lessons` | drives kept action by action; what was learned |
-//! | `recording` | both, from a log |
-//! | `material` | what the figures of one kind of source are made from |
+//! | `figure` | what is drawn: [`Figure`], [`Figures`], [`Moment`] |
+//! | `drive`, `learned` | drives kept action by action; what was learned |
+//! | `from_log` | both, from a log |
+//! | `inputs` | what the figures of one kind of source are made from |
 //! | `gallery` | all figures of one source, with titles and captions |
-//! | `scenes` | which drives are worth showing |
+//! | `situations` | which drives are worth showing |
 //! | `palette` | which pattern has which colour |
 //! | `view` | an arena from above |
 //! | `axes`, `shape` | scales, ticks; lines, text, the sheet itself |
@@ -30,97 +31,35 @@
 
 mod axes;
 mod drive;
+mod figure;
+mod from_log;
 mod gallery;
+mod inputs;
 mod lattice;
+mod learned;
 mod learning;
-mod lessons;
-mod material;
 mod neuron;
 mod overview;
 mod page;
 mod palette;
 mod patterns;
 mod position;
-mod recording;
-mod scenes;
 mod sequence;
 mod shape;
+mod situations;
 mod staircases;
 mod trajectories;
 mod view;
 
-use std::path::Path;
-
 use rover_shared::parameters::Coefficients;
-
-pub use drive::{Drive, Reading, first_trial, test_drives};
-pub use lessons::Lessons;
-use material::Material;
-pub use recording::{Recording, RecordingError};
-use rover_log::files::{WriteError, write_whole};
 use rover_simulator::experiment::{Exam, LearnedSession, SessionPlan};
 
-/// A figure's file name and contents.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Figure {
-    /// Name of the file.
-    pub name: &'static str,
-    /// Which figures of the paper it answers to; empty if it is our own.
-    pub paper: &'static str,
-    /// How to read it.
-    pub caption: String,
-    /// The SVG document.
-    pub svg: String,
-}
+pub use drive::{Drive, Reading, first_trial, test_drives};
+pub use figure::{Figure, Figures, Moment, NoSuchMoment, REPORT};
+pub use from_log::{LoggedSession, LoggedSessionError};
+pub use learned::Lessons;
 
-/// All figures of one source.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Figures {
-    /// The figures, in the order of the paper.
-    pub figures: Vec<Figure>,
-    /// All of them on a page of HTML that needs no other file.
-    pub report: String,
-}
-
-/// Name of the page.
-pub const REPORT: &str = "report.html";
-
-/// Which moment is shown closely.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Moment {
-    /// The trial (of a log) or the arena (of a test), from 1; `None` for the one with most to see.
-    pub trial: Option<u32>,
-    /// Actions of it before that moment; `None` for when something comes into sight.
-    pub at: Option<usize>,
-}
-
-/// Why a moment cannot be shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum NoSuchMoment {
-    /// There is no such trial.
-    #[error("there is no trial {0}, expected one from {1} to {2}")]
-    Trial(u32, u32, u32),
-    /// It was over by then.
-    #[error("trial {0} has {2} actions, so --at {1} is beyond its end; expected 0 to {last}", last = .2.saturating_sub(1))]
-    At(u32, usize, usize),
-}
-
-impl Figures {
-    /// Writes every figure and the page to a folder.
-    ///
-    /// # Errors
-    /// If one cannot be written.
-    pub fn write(&self, out: &Path) -> Result<(), WriteError> {
-        for figure in &self.figures {
-            write_whole(&out.join(figure.name), figure.svg.as_bytes())?;
-        }
-        if !self.figures.is_empty() {
-            write_whole(&out.join(REPORT), self.report.as_bytes())?;
-        }
-        Ok(())
-    }
-}
+use inputs::Inputs;
 
 /// Draws all figures of one or more sessions; all but the learning curves are about the first.
 /// `plan` and `exam` are the first session's. However many arenas the test had, the figures are
@@ -131,12 +70,9 @@ pub fn of_sessions(
     exam: &Exam,
     coefficients: &Coefficients,
 ) -> Figures {
-    match Material::of_sessions(sessions, plan, exam, coefficients) {
-        None => Figures {
-            figures: Vec::new(),
-            report: String::new(),
-        },
-        Some(material) => material.draw(&material.usual_moment()),
+    match Inputs::of_sessions(sessions, plan, exam, coefficients) {
+        None => Figures::default(),
+        Some(inputs) => inputs.draw(&inputs.usual_moment()),
     }
 }
 
@@ -146,14 +82,11 @@ pub fn of_sessions(
 /// # Errors
 /// If there is no such moment in the first log.
 pub fn of_recordings(
-    recordings: &[(String, Recording)],
+    recordings: &[(String, LoggedSession)],
     moment: Moment,
 ) -> Result<Figures, NoSuchMoment> {
-    let Some(material) = Material::of_recordings(recordings) else {
-        return Ok(Figures {
-            figures: Vec::new(),
-            report: String::new(),
-        });
+    let Some(inputs) = Inputs::of_recordings(recordings) else {
+        return Ok(Figures::default());
     };
-    Ok(material.draw(&material.moment(moment)?))
+    Ok(inputs.draw(&inputs.moment(moment)?))
 }

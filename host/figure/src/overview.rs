@@ -4,8 +4,8 @@ use svg::Node as _;
 
 use super::lattice::{self, Growth, ROW};
 use super::palette::Palette;
-use super::scenes::Scene;
 use super::shape::{Area, FAINT_INK, HEADER, Heading, TEXT_SIZE, group, sheet, text};
+use super::situations::Scene;
 use super::trajectories::{mark_legend, panel, pattern_legend};
 use super::view::View;
 

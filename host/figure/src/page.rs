@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::Figure;
+use super::figure::Figure;
 use super::shape::number;
 use rover_simulator::experiment::{Estimate, ExamResult, Trial};
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rover_shared::perception::PatternCode;
 
 use super::drive::Drive;
-use super::lessons::Lessons;
+use super::learned::Lessons;
 
 /// Colours that people of all kinds of colour vision can tell apart (Okabe and Ito, 2008), without
 /// its black and yellow, which serve marks and would vanish on white. The two patterns of the

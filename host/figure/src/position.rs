@@ -10,11 +10,11 @@ use super::axes::{self, Scale};
 use super::drive::Drive;
 use super::lattice::cells_drawn;
 use super::palette::Palette;
-use super::scenes::outcome;
 use super::shape::{
     Area, FAINT_INK, GRID, HEADER, Heading, INK, Outline, TEXT_SIZE, centred, circle, group, line,
     number, pattern, rectangle, sheet, text,
 };
+use super::situations::outcome;
 use super::staircases::{amplitudes, borders, extent, outlines, physical_axis, short_name, zero};
 use super::trajectories::{mark_legend, pattern_legend};
 use super::view::View;
@@ -108,9 +108,7 @@ pub(super) fn draw(closeup: &Closeup, palette: &Palette, heading: &Heading) -> S
         width: 860.0,
         height: 340.0,
     };
-    let mut view = View::new(&drive.scenario.world, within);
-    let left = within.left + (within.width - view.area.width) / 2.0;
-    view = View::new(&drive.scenario.world, Area { left, ..within });
+    let view = View::centred(&drive.scenario.world, within);
     parts.push(way(closeup, &view, palette));
 
     let top = view.area.bottom() + 62.0;

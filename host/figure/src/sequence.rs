@@ -7,11 +7,11 @@ use svg::node::element::Group;
 use super::axes::{self, Scale};
 use super::drive::Drive;
 use super::palette::{COLOURS, OTHERS, Palette, Used};
-use super::scenes::{Scene, outcome};
 use super::shape::{
     Area, FAINT_INK, GRID, HEADER, Heading, INK, Outline, TEXT_SIZE, centred, circle, group, line,
     pattern, rectangle, sheet, text,
 };
+use super::situations::{Scene, outcome};
 use super::trajectories::mark_legend;
 use super::view::{View, pattern_mark};
 use rover_simulator::arena::{Side, Vector, radians};
@@ -36,10 +36,7 @@ pub(super) fn draw(scene: &Scene, palette: &Palette, heading: &Heading) -> Strin
         width: 860.0,
         height: 330.0,
     };
-    let mut view = View::new(&drive.scenario.world, within);
-    // In the middle, if it is narrow.
-    let left = within.left + (within.width - view.area.width) / 2.0;
-    view = View::new(&drive.scenario.world, Area { left, ..within });
+    let view = View::centred(&drive.scenario.world, within);
     let mut parts = vec![course(scene, &view, palette)];
     let actions = drive.events.len().max(1) as f64;
     let x = Scale::linear([0.0, actions], [LEFT, LEFT + WIDTH]);

@@ -48,6 +48,18 @@ impl Area {
     }
 }
 
+/// The area of the panel with this number, from 0, of those that stand in two columns; `first` is the
+/// upper left corner of the first, `pitch` leads from one to the next.
+pub(super) fn panel_area(number: usize, first: [f64; 2], pitch: [f64; 2], size: [f64; 2]) -> Area {
+    let (column, row) = ((number % 2) as f64, (number / 2) as f64);
+    Area {
+        left: first[0] + pitch[0] * column,
+        top: first[1] + pitch[1] * row,
+        width: size[0],
+        height: size[1],
+    }
+}
+
 /// A group that tests and style sheets can find by its class.
 pub(super) fn group(class: &str) -> Group {
     Group::new().set("class", class)

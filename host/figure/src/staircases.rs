@@ -9,7 +9,8 @@ use svg::node::element::Group;
 use super::axes::{self, Scale, Tick};
 use super::palette::COLOURS;
 use super::shape::{
-    Area, FAINT_INK, GRID, HEADER, Heading, Outline, TEXT_SIZE, group, line, number, sheet, text,
+    Area, FAINT_INK, GRID, HEADER, Heading, Outline, TEXT_SIZE, group, line, number, panel_area,
+    sheet, text,
 };
 
 const PANEL: [f64; 2] = [400.0, 190.0];
@@ -28,14 +29,7 @@ pub(super) fn draw(
     let mut parts = vec![legend()];
     let panels = Stimulus::ALL.iter().zip(neurons).enumerate();
     for (i, (stimulus, neuron)) in panels {
-        let (column, row) = ((i % 2) as f64, (i / 2) as f64);
-        let (left, top) = (68.0 + PITCH[0] * column, HEADER + 96.0 + PITCH[1] * row);
-        let area = Area {
-            left,
-            top,
-            width: PANEL[0],
-            height: PANEL[1],
-        };
+        let area = panel_area(i, [68.0, HEADER + 96.0], PITCH, PANEL);
         parts.push(panel(area, i, *stimulus, neuron, ranges));
     }
     sheet(SHEET, heading, parts)

@@ -6,10 +6,10 @@ use svg::node::element::Group;
 
 use super::drive::Drive;
 use super::palette::{OTHERS, Palette, width};
-use super::scenes::Scene;
 use super::shape::{
     Area, FAINT_INK, HEADER, Heading, Outline, TEXT_SIZE, group, pattern, sheet, text,
 };
+use super::situations::Scene;
 use super::view::{
     MARK_EVERY, View, blocked_mark, direction_mark, heading_mark, pattern_mark, start_mark, target,
 };

@@ -56,6 +56,13 @@ impl View {
         }
     }
 
+    /// A view of `world` in the middle of the upper edge of `within`, as large as fits.
+    pub fn centred(world: &World, within: Area) -> Self {
+        let width = Self::new(world, within).area.width;
+        let left = within.left + (within.width - width) / 2.0;
+        Self::new(world, Area { left, ..within })
+    }
+
     /// Where a point of the arena is drawn.
     pub fn at(&self, point: Vector) -> [f64; 2] {
         [self.x.at(point.x), self.y.at(point.y)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::{Failure, print, print_json};
-use rover_figure::{self, Moment, REPORT, Recording};
+use rover_figure::{self, LoggedSession, Moment, REPORT};
 use rover_log::Log;
 use rover_log::files::writable_folder;
 
@@ -95,7 +95,7 @@ impl Parts {
         Failure::Failed(format!("{}: {what}", self.name()))
     }
 
-    fn read(&self) -> Result<Recording, Failure> {
+    fn read(&self) -> Result<LoggedSession, Failure> {
         let log = Log::read_parts(&self.files).map_err(|error| self.fail(&error))?;
         if log.cut_off {
             eprintln!(
@@ -103,7 +103,7 @@ impl Parts {
                 self.name()
             );
         }
-        Recording::new(&log).map_err(|error| self.fail(&error))
+        LoggedSession::new(&log).map_err(|error| self.fail(&error))
     }
 }
 
@@ -130,8 +130,8 @@ fn together(paths: &[PathBuf]) -> Result<Vec<Parts>, Failure> {
 }
 
 /// Refuses to put into one figure what does not measure the same.
-fn comparable(recordings: &[(String, Recording)]) -> Result<(), Failure> {
-    let kind = |recording: &Recording| (recording.follows_direction(), recording.free_running);
+fn comparable(recordings: &[(String, LoggedSession)]) -> Result<(), Failure> {
+    let kind = |recording: &LoggedSession| (recording.follows_direction(), recording.free_running);
     let Some(((first, of_first), others)) = recordings.split_first() else {
         return Ok(());
     };

@@ -10,7 +10,7 @@ use rover_shared::parameters::{Coefficients, ParameterError};
 use rover_shared::units::{Microdegrees, Micrometres};
 
 use super::drive::Drive;
-use super::lessons::Lessons;
+use super::learned::Lessons;
 use rover_log::arena::NoArena;
 use rover_log::knowledge;
 use rover_log::message::{End, Step};
@@ -22,7 +22,7 @@ use rover_simulator::experiment::{
 
 /// A log, taken apart into drives.
 #[derive(Clone, Debug)]
-pub struct Recording {
+pub struct LoggedSession {
     /// The seed of the controller's generator.
     pub seed: u64,
     /// Whether the controller learned.
@@ -46,7 +46,7 @@ pub struct Recording {
 /// Why a log cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum RecordingError {
+pub enum LoggedSessionError {
     /// Its knowledge cannot be read.
     #[error("the log's knowledge cannot be read: {0}")]
     Knowledge(#[from] KnowledgeError),
@@ -61,12 +61,12 @@ pub enum RecordingError {
     Empty,
 }
 
-impl Recording {
+impl LoggedSession {
     /// Takes a log apart.
     ///
     /// # Errors
     /// If its knowledge or its arenas cannot be used, or if it has no actions.
-    pub fn new(log: &Log) -> Result<Self, RecordingError> {
+    pub fn new(log: &Log) -> Result<Self, LoggedSessionError> {
         let (before, parameters) = knowledge::from_bytes(&log.before)?;
         let coefficients = Coefficients::new(&parameters)?;
         let limit = coefficients.learning.amplitude_limit;
@@ -113,7 +113,7 @@ impl Recording {
             drives.collect()
         };
         if drives.is_empty() {
-            return Err(RecordingError::Empty);
+            return Err(LoggedSessionError::Empty);
         }
         Ok(Self {
             seed: log.origin.seed,

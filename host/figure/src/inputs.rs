@@ -4,11 +4,11 @@ use rover_shared::parameters::Coefficients;
 use rover_shared::sensing::neuron::SensingNeuron;
 
 use super::drive::{Drive, first_trial, test_drives};
-use super::lessons::Lessons;
+use super::figure::{Moment, NoSuchMoment};
+use super::from_log::{LoggedSession, PART};
+use super::learned::Lessons;
 use super::page::{self, Fact};
-use super::recording::{PART, Recording};
-use super::scenes::Setting;
-use super::{Moment, NoSuchMoment};
+use super::situations::Setting;
 use rover_simulator::arena::Side;
 use rover_simulator::experiment::{Exam, History, LearnedSession, SessionPlan, Trial};
 
@@ -19,7 +19,7 @@ const DRIVES: u32 = 40;
 const TEST_ACTIONS: u32 = 20_000;
 
 /// What the figures of one source are made from.
-pub(super) struct Material {
+pub(super) struct Inputs {
     pub coefficients: Coefficients,
     /// What the figures say they are about.
     pub about: About,
@@ -63,7 +63,7 @@ pub(super) struct Place {
     pub at: usize,
 }
 
-impl Material {
+impl Inputs {
     pub fn of_sessions(
         sessions: &[&LearnedSession],
         plan: &SessionPlan,
@@ -135,7 +135,7 @@ impl Material {
         })
     }
 
-    pub fn of_recordings(recordings: &[(String, Recording)]) -> Option<Self> {
+    pub fn of_recordings(recordings: &[(String, LoggedSession)]) -> Option<Self> {
         let (name, recording) = recordings.first()?;
         let follow_direction = recording.follows_direction();
         let count = recording.drives.len();
@@ -164,7 +164,7 @@ impl Material {
             0
         };
         let drives = recording.drives[from..].to_vec();
-        let trials = |recording: &Recording| -> Vec<Trial> {
+        let trials = |recording: &LoggedSession| -> Vec<Trial> {
             recording.drives.iter().map(|d| d.trial.clone()).collect()
         };
         let sessions: Vec<Vec<Trial>> = recordings.iter().map(|(_, r)| trials(r)).collect();
@@ -258,7 +258,7 @@ impl Material {
                 at: telling_action(drive),
                 drive: drive.clone(),
             },
-            (_, None) => unreachable!("there is no material without drives"),
+            (_, None) => unreachable!("there are no inputs without drives"),
         }
     }
 
