@@ -4,11 +4,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::contract::{CURVE_POINTS, Calibration, CurvePoint, Refusal};
 use crate::motion::Parameters;
 use crate::sensing::ir::CHANNELS;
 use crate::sensing::ir::curve::RangeCurve;
 use crate::units::{Microdegrees, Micrometres};
-use crate::wire::message::{CURVE_POINTS, Calibration, CurvePoint, Refusal};
 
 /// Longest form as bytes: four curves of twelve points of 8 bytes, and some 30 bytes more.
 pub const MOST_BYTES: usize = 512;

@@ -296,7 +296,7 @@ impl<'a, R: LearningRule> Controller<'a, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::action::motor_map::PaperRule;
+    use crate::learning::paper_rule::PaperRule;
     use crate::parameters::Parameters;
     use crate::reward::{AimAtTarget, FollowDirection};
     use crate::units::Micrometres;
@@ -318,7 +318,7 @@ mod tests {
         mode: Mode,
     ) -> (
         Vec<StepRecord>,
-        Knowledge<crate::action::motor_map::MotorWeights>,
+        Knowledge<crate::learning::paper_rule::MotorWeights>,
     ) {
         let coefficients = Coefficients::new(&Parameters::PAPER).unwrap();
         let mut knowledge = Knowledge::new(&coefficients.learning);

@@ -20,8 +20,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
 
 use crate::action::pattern_vector::{CAPACITY, Element, PatternVector};
-use crate::learning::{LearningRule, Memory, SensingLayer};
-use crate::parameters::{LearningCoefficients, Parameters};
+use crate::learning::{LearningCoefficients, LearningRule, Memory, SensingLayer};
+use crate::parameters::Parameters;
 use crate::perception::PatternCode;
 use crate::sensing::neuron::{Activation, STEPS, SensingNeuron};
 
@@ -340,7 +340,7 @@ impl core::error::Error for KnowledgeError {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::action::motor_map::{MotorWeights, PaperRule};
+    use crate::learning::paper_rule::{MotorWeights, PaperRule};
     use crate::parameters::Coefficients;
     use crate::random::Generator;
     use crate::sensing::neuron::StepIndex;

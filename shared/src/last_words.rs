@@ -3,8 +3,8 @@
 //!
 //! Composed without `core::fmt`, whose machinery would be the largest part of the handler.
 
-use crate::wire::CRC32;
-use crate::wire::message::{ResetReason, TEXT_BYTES};
+use crate::checksum::CRC32;
+use crate::contract::{ResetReason, TEXT_BYTES};
 
 /// A text, cut off at [`TEXT_BYTES`].
 #[derive(Clone, Copy, Debug)]

@@ -6,10 +6,43 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{ParameterError, RewardParameters, check_all};
-use crate::perception::series::exp;
+use crate::range_check::{ParameterError, check_all};
 use crate::sensing::{Percept, Sample, Scaled, Stimulus};
+use crate::series::exp;
 use crate::units::Microdegrees;
+
+/// Weights of the reward function, eq. (4).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RewardParameters {
+    /// k_F
+    pub front_gain: f64,
+    /// k_L = k_R
+    pub side_gain: f64,
+    /// h, per radian. (In degrees learning fails; see ARCHITECTURE.md, "Where the paper is silent".)
+    pub target_gain: f64,
+    /// gamma_F
+    pub front_decay: f64,
+    /// gamma_L = gamma_R
+    pub side_decay: f64,
+}
+
+impl RewardParameters {
+    /// III-A.
+    pub const PAPER: Self = Self {
+        front_gain: 700.0,
+        side_gain: 400.0,
+        target_gain: 20.0,
+        front_decay: 2.0,
+        side_decay: 3.0,
+    };
+}
+
+impl Default for RewardParameters {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}
 
 /// What the robot is asked to do, as far as its senses are concerned: which way it should go.
 pub trait Task {
@@ -107,7 +140,9 @@ impl RewardTables {
         }
         let largest = p.front_gain + 2.0 * p.side_gain + p.target_gain * core::f64::consts::PI;
         if largest > Self::LARGEST {
-            return Err(ParameterError::RewardTooLarge);
+            return Err(ParameterError::RewardTooLarge {
+                most: Self::LARGEST,
+            });
         }
         let per_microdegree = p.target_gain * core::f64::consts::PI / 180.0;
         Ok(Self {

@@ -25,10 +25,10 @@ mod wheels;
 pub use parameters::{ParameterError, Parameters};
 pub use wheels::WheelCommand;
 
+use crate::contract::Outcome;
 use crate::sensing::ir::Ranges;
 use crate::time::{Duration, Instant};
 use crate::units::{Microdegrees, Micrometres};
-use crate::wire::message::Outcome;
 use progress::Progress;
 
 /// Longest advance of one move.

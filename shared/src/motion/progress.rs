@@ -1,6 +1,6 @@
 //! Do driven wheels move the rover?
 
-use super::Parameters;
+use super::parameters::Parameters;
 use crate::sensing::ir::Ranges;
 use crate::time::Duration;
 use crate::units::{Microdegrees, Micrometres};

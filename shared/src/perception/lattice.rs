@@ -25,12 +25,12 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::fixed_point::{halved, product, rounded, scale};
 use super::pattern::PatternCode;
 use super::tables::{
     CELL_BITS, FEED_SHIFT, FOLLOW_SHIFT, Lattice, MODE_BITS, ModeStep, SUM_BITS, StepTable,
 };
 use super::transform::{Layer, forward, inverse, parities, parity};
-use super::{halved, scale};
 use crate::random::Generator;
 
 /// When to give up: 200 time units, twice the paper's 100. All starts from sensed corners settle
@@ -353,14 +353,4 @@ impl State {
         self.middle
             .map(|cell| cell >> (CELL_BITS - Corners::FRACTION_BITS + gain))
     }
-}
-
-/// v k / 2^shift, rounded. Only for set-up: 64-bit products are slow on the board.
-fn product(v: i64, k: i64, shift: u32) -> i64 {
-    rounded(v * k, shift)
-}
-
-/// v / 2^shift, rounded to the nearest, ties away from zero.
-fn rounded(v: i64, shift: u32) -> i64 {
-    (v + (1 << (shift - 1)) + (v >> 63)) >> shift
 }

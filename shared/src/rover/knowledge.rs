@@ -1,33 +1,14 @@
 //! The knowledge's way into the rover and out of it: to the flash, to the host, and back.
 
-use super::command::must_not_drive;
-use super::{Rover, Supervision};
-use crate::action::motor_map::{MotorWeights, PaperRule};
-use crate::knowledge::Knowledge;
+use super::Rover;
+use super::rule::{RoverKnowledge, Rule};
+use super::state::Save;
+use super::supervision::{Supervision, must_be_disarmed, must_not_drive};
+use crate::contract::{Refusal, State};
 use crate::parameters::Parameters;
 use crate::supervisor::Input;
 use crate::time::Instant;
-use crate::wire::message::{Chunk, Event, EventKind, Refusal, Report, State};
-
-/// What is to be written to the flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Save {
-    /// [`Rover::knowledge_bytes`].
-    Knowledge,
-    /// [`Rover::calibrations`].
-    Calibrations,
-}
-
-/// What is to be saved, and what is being saved.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Saving {
-    /// The knowledge has changed by learning since it was last saved.
-    pub(super) knowledge: bool,
-    /// The same for the calibrations.
-    pub(super) calibrations: bool,
-    /// Permission to write was given: a write is under way, or to begin.
-    granted: Option<Save>,
-}
+use crate::wire::message::{Chunk, Event, EventKind, Report};
 
 impl Rover<'_> {
     /// Takes over knowledge that was stored: `fill` puts it into the room it is given, and gives
@@ -42,7 +23,7 @@ impl Rover<'_> {
         if let Some(bytes) = bytes
             && usable(bytes, self.coefficients.parameters())
         {
-            let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+            let read = self.controller.knowledge_mut().read::<Rule>(bytes);
             self.valid = read.is_ok();
         }
         if self.valid {
@@ -144,7 +125,7 @@ impl Rover<'_> {
         chunk: &Chunk,
         watch: &mut impl Supervision,
     ) -> Result<(), Refusal> {
-        self.must_be_disarmed(watch)?;
+        must_be_disarmed(watch)?;
         self.must_not_save()?;
         let Some(bytes) = self.staging.accept(chunk)? else {
             return Ok(());
@@ -152,7 +133,7 @@ impl Rover<'_> {
         if !usable(bytes, self.coefficients.parameters()) {
             return Err(Refusal::BadKnowledge);
         }
-        let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+        let read = self.controller.knowledge_mut().read::<Rule>(bytes);
         self.staging.received();
         self.valid = read.is_ok();
         self.announce(watch);
@@ -188,6 +169,5 @@ impl Rover<'_> {
 /// phases mean nothing in others.
 fn usable(bytes: &[u8], ours: &Parameters) -> bool {
     let bits = |parameters: &Parameters| parameters.to_array().map(f64::to_bits);
-    Knowledge::<MotorWeights>::inspect::<PaperRule>(bytes)
-        .is_ok_and(|theirs| bits(&theirs) == bits(ours))
+    RoverKnowledge::inspect::<Rule>(bytes).is_ok_and(|theirs| bits(&theirs) == bits(ours))
 }

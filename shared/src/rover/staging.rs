@@ -1,13 +1,14 @@
 //! The one buffer in which knowledge lies as bytes: to be sent, received or stored.
 
-use crate::action::motor_map::{MotorWeights, PaperRule};
-use crate::knowledge::Knowledge;
+use super::rule::{RoverKnowledge, Rule};
+use crate::checksum::fingerprint;
+use crate::contract::Refusal;
 use crate::parameters::Parameters;
-use crate::wire::message::{Chunk, Refusal};
-use crate::wire::transfer::{Progress, Transfer, chunk_at, fingerprint};
+use crate::wire::message::Chunk;
+use crate::wire::transfer::{Progress, Transfer, chunk_at};
 
 /// Bytes of the longest knowledge: a full pattern vector.
-pub const MOST_BYTES: usize = Knowledge::<MotorWeights>::max_size();
+pub const MOST_BYTES: usize = RoverKnowledge::max_size();
 
 /// The buffer, and what is in it.
 pub struct Staging {
@@ -32,11 +33,7 @@ impl Staging {
     };
 
     /// The knowledge in use as bytes, and their fingerprint; written anew only after a change.
-    pub fn current(
-        &mut self,
-        knowledge: &Knowledge<MotorWeights>,
-        parameters: &Parameters,
-    ) -> (&[u8], u32) {
+    pub fn current(&mut self, knowledge: &RoverKnowledge, parameters: &Parameters) -> (&[u8], u32) {
         let (length, fingerprint) = match self.content {
             Content::Current {
                 length,
@@ -68,7 +65,7 @@ impl Staging {
     /// [`Refusal::OutOfRange`].
     pub fn chunk(
         &mut self,
-        knowledge: &Knowledge<MotorWeights>,
+        knowledge: &RoverKnowledge,
         parameters: &Parameters,
         offset: u32,
     ) -> Result<Chunk, Refusal> {
@@ -112,13 +109,9 @@ impl Staging {
         &mut self.bytes
     }
 
-    fn fill(
-        &mut self,
-        knowledge: &Knowledge<MotorWeights>,
-        parameters: &Parameters,
-    ) -> (usize, u32) {
+    fn fill(&mut self, knowledge: &RoverKnowledge, parameters: &Parameters) -> (usize, u32) {
         let mut length = 0;
-        let written = knowledge.write::<PaperRule, ()>(parameters, |piece| {
+        let written = knowledge.write::<Rule, ()>(parameters, |piece| {
             let end = length + piece.len();
             self.bytes
                 .get_mut(length..end)

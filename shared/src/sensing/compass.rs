@@ -13,10 +13,10 @@
 //! the last one. Motors and mains magnetise rooms: nothing here can see a bearing that is wrong
 //! but steady.
 
+use crate::contract::CompassHealth;
 use crate::math;
 use crate::time::{Duration, Instant};
 use crate::units::Microdegrees;
-use crate::wire::message::CompassHealth;
 
 /// I2C address, 7 bits (0xC0 in the data sheet's 8-bit way of writing).
 pub const ADDRESS: u8 = 0x60;

@@ -1,7 +1,8 @@
 //! Writing a slot, one operation of the flash after another.
 
-use super::{Content, Flash, HEADER, MOST_WRITES, PAGE, Record, SECTOR, Slots};
-use crate::wire::transfer::fingerprint;
+use super::flash::{Flash, PAGE, SECTOR};
+use super::slots::{Content, HEADER, MOST_WRITES, Record, Slots};
+use crate::checksum::fingerprint;
 
 /// A write under way. Dropping it leaves the content before it in force.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Every fault is a number before it is a message.
 
-use crate::wire::message::{Counters, Fault};
+use crate::contract::{Counters, Fault};
 
 impl Fault {
     /// Number of faults.

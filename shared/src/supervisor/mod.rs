@@ -24,13 +24,13 @@ pub use table::{
     Signal, When,
 };
 
-use crate::motion::WheelCommand;
-use crate::sensing::ir::FRONT_RIGHT;
-use crate::time::{Duration, Instant};
-use crate::wire::message::{
+use crate::contract::{
     ChannelHealth, CompassHealth, Counters, Fault, FaultReport, Mode, Outcome, Refusal,
     ResetReason, State,
 };
+use crate::motion::WheelCommand;
+use crate::sensing::ir::FRONT_RIGHT;
+use crate::time::{Duration, Instant};
 
 /// How much earlier than the latest one a time may be: calls from tasks and interrupts overtake
 /// each other between reading the clock and being heard.

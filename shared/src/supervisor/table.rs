@@ -1,7 +1,7 @@
 //! What must keep coming, how long it may be missing, and what happens then.
 
+use crate::contract::{Fault, Mode, State};
 use crate::time::Duration;
-use crate::wire::message::{Fault, Mode, State};
 
 /// How often the guard's alarm interrupt polls the supervisor. Every rule acts this much before
 /// the time it promises, so that the promise holds whenever the poll falls.

@@ -5,7 +5,8 @@ use postcard::ser_flavors::{Cobs, Slice};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{CRC32, Mismatch, PROTOCOL_VERSION, compatible};
+use super::{Mismatch, PROTOCOL_VERSION, compatible};
+use crate::checksum::CRC32;
 
 /// Longest frame before stuffing, in bytes: the largest message of the contract (an action
 /// record with every number at its longest) takes 269.

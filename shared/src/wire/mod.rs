@@ -42,36 +42,39 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
-/// The checksum of frames and of knowledge.
-pub(crate) static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-
-/// Version of the contract; goes up with every change of [`message`].
+/// Version of the protocol; goes up with every change of [`message`] or [`crate::contract`].
 pub const PROTOCOL_VERSION: u8 = 2;
 
-/// Fingerprint of the contract: CRC-32 of the text of `message.rs` without comments and white
-/// space, computed by the compiler.
+/// CRC-32 of the text of `message.rs` and `contract.rs` without comments and white space,
+/// calculated by the compiler.
 ///
 /// It needs no derive and no bookkeeping, and cannot be forgotten: whatever changes the meaning
-/// of a byte changes this text. (Types of other files that messages contain are pinned by the
+/// of a byte changes these texts. (Types of other files that messages contain are pinned by the
 /// golden frames in the tests.)
-pub const SCHEMA_HASH: u32 = fingerprint(include_str!("message.rs").as_bytes());
+pub const SCHEMA_HASH: u32 = schema_hash(&[
+    include_str!("message.rs").as_bytes(),
+    include_str!("../contract.rs").as_bytes(),
+]);
 
-const fn fingerprint(text: &[u8]) -> u32 {
+const fn schema_hash(texts: &[&[u8]]) -> u32 {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
-    let mut in_comment = false;
-    let mut i = 0;
-    while i < text.len() {
-        let byte = text[i];
-        if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
-            in_comment = true;
-        } else if byte == b'\n' {
-            in_comment = false;
+    let mut t = 0;
+    while t < texts.len() {
+        let (text, mut in_comment, mut i) = (texts[t], false, 0);
+        while i < text.len() {
+            let byte = text[i];
+            if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
+                in_comment = true;
+            } else if byte == b'\n' {
+                in_comment = false;
+            }
+            if !in_comment && !byte.is_ascii_whitespace() {
+                digest.update(&[byte]);
+            }
+            i += 1;
         }
-        if !in_comment && !byte.is_ascii_whitespace() {
-            digest.update(&[byte]);
-        }
-        i += 1;
+        t += 1;
     }
     digest.finalize()
 }

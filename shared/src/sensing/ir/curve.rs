@@ -5,9 +5,9 @@
 //! straight lines: two points 10 cm apart then err by some millimetres between them, where lines
 //! over the distance itself would err by up to half a centimetre at the near end.
 
-use super::AdcCount;
+use super::adc::AdcCount;
+use crate::contract::{CURVE_POINTS, CurvePoint};
 use crate::units::Micrometres;
-use crate::wire::message::{CURVE_POINTS, CurvePoint};
 
 /// Reciprocals are kept as this over micrometres, which fills 32 bits at the shortest distance
 /// and tells 80.00 from 80.02 cm at the far end.

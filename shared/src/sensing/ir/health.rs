@@ -1,8 +1,8 @@
 //! Is a range sensor's channel to be believed? One state machine a channel, fed by samples.
 
-use super::AdcCount;
+use super::adc::AdcCount;
+use crate::contract::ChannelHealth;
 use crate::time::{Duration, Instant};
-use crate::wire::message::ChannelHealth;
 
 /// At or below: cable open, or shorted to ground. 40 mV; the sensors give 0.25 V or more at
 /// 80 cm, and some 0.1 V with nothing in sight.

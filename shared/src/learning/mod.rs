@@ -1,12 +1,17 @@
-//! What is learned from one action: the only place that knows a learning rule.
+//! Learning from one action: what a rule is, and the rules.
 //!
-//! A [`LearningRule`] decides what a pattern's element remembers, which phase is tried, and how
-//! staircase and element change when the reward is known. The controller knows none of it, so
-//! that another rule is another implementation of this trait and nothing else.
+//! A [`LearningRule`] decides what is remembered of a pattern, which phase is tried, and how
+//! staircases and memory change once the reward is known. The paper's is in [`paper_rule`]; another
+//! is another file beside it and a line here. (`examples/custom_rule.rs` in this crate defines one
+//! outside of it.)
+
+pub mod paper_rule;
+mod parameters;
+
+pub use parameters::{LearningCoefficients, LearningParameters};
 
 use crate::action::Action;
 use crate::action::pattern_vector::PatternVector;
-use crate::parameters::LearningCoefficients;
 use crate::perception::{Corners, PatternCode};
 use crate::random::Generator;
 use crate::reward::Reward;
