@@ -19,20 +19,20 @@ pub const CURVE_POINTS: usize = 12;
 /// What the supervisor allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum State {
-    /// The motors are off until somebody arms.
+    /// The motors are off until armed.
     Disarmed,
-    /// Armed, but nobody drives: the motors are off.
+    /// Armed but idle: the motors are off.
     Armed,
     /// The motors follow the mode's wheel commands.
     Driving(Mode),
-    /// The motors are off until somebody disarms, which acknowledges the fault, and arms anew.
+    /// The motors are off until disarmed, which acknowledges the fault, and armed again.
     Faulted(Fault),
 }
 
 /// Who moves the rover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// Nobody.
+    /// None.
     Idle,
     /// The controller, which also learns.
     Learn,
@@ -42,7 +42,7 @@ pub enum Mode {
     Host,
 }
 
-/// What is to be done.
+/// The task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Task {
     /// Follow the direction that was set.
@@ -64,9 +64,10 @@ pub enum ResetReason {
     Watchdog,
     /// The program panicked; see [`Report::LastWords`](crate::wire::message::Report::LastWords).
     Panic,
-    /// The processor took a hard fault; see [`Report::LastWords`](crate::wire::message::Report::LastWords).
+    /// The processor took a hard fault; see
+    /// [`Report::LastWords`](crate::wire::message::Report::LastWords).
     HardFault,
-    /// The debugger or the program asked for it.
+    /// Requested by the debugger or the program.
     Requested,
 }
 
@@ -77,11 +78,11 @@ pub enum Outcome {
     Completed,
     /// Stopped at the hard-stop distance from an obstacle, or before a blind range sensor.
     Obstacle,
-    /// The wheels were driven and nothing changed.
+    /// The wheels were driven without progress.
     NoProgress,
     /// The turn did not come to rest at its end in time.
     TurnTimeout,
-    /// The compass gave no heading.
+    /// There was no heading from the compass.
     CompassLost,
     /// The control loop came so late that its knowledge of the move was stale.
     Late,
@@ -92,7 +93,7 @@ pub enum Outcome {
 /// Health of a range sensor's channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ChannelHealth {
-    /// Too few samples since the reset to tell.
+    /// Too few samples since the reset.
     Unknown,
     /// Fit for use.
     Good,
@@ -100,7 +101,7 @@ pub enum ChannelHealth {
     Open,
     /// At the upper rail: shorted to the supply.
     Shorted,
-    /// Not one count of change for long while moving.
+    /// The counts do not change although the rover moves.
     Frozen,
     /// No samples any more.
     Silent,
@@ -117,11 +118,11 @@ pub enum CompassHealth {
     Good,
     /// The bus or the compass does not answer.
     Silent,
-    /// It answers with what cannot be true.
+    /// It answers with bearings that cannot be true.
     Implausible,
 }
 
-/// Everything that is counted, in the order of [`Counters`].
+/// The faults, in the order of [`Counters`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fault {
     /// The control loop was silent for 200 ms.
@@ -181,7 +182,7 @@ pub struct FaultReport {
     pub count: u32,
 }
 
-/// Why a command was not done.
+/// Why a command was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
     /// No `Hello` was exchanged yet.
@@ -262,6 +263,6 @@ pub enum Calibration {
 pub struct CurvePoint {
     /// ADC counts, 0 to 4095.
     pub counts: u16,
-    /// Distance at which the sensor gives them.
+    /// Distance at these counts.
     pub distance: Micrometres,
 }

@@ -1,4 +1,4 @@
-//! The reward function (4) and the tasks it can set: what is to be done, never how.
+//! The reward function (4) and the tasks: what is to be done, never how.
 //!
 //! RF = - sum_i k_i exp(-gamma_i (D_i + 1)) - h |phi_T|, i = F, L, R, with the distances D_i scaled
 //! to [-1, 1] and the angle phi_T to the target in radians. RF is 0 at best. (The paper's
@@ -19,7 +19,8 @@ pub struct RewardParameters {
     pub front_gain: f64,
     /// k_L = k_R
     pub side_gain: f64,
-    /// h, per radian. (In degrees learning fails; see ARCHITECTURE.md, "Where the paper is silent".)
+    /// h, per radian. (In degrees learning fails; see ARCHITECTURE.md, "Where the paper is
+    /// silent".)
     pub target_gain: f64,
     /// gamma_F
     pub front_decay: f64,
@@ -44,10 +45,10 @@ impl Default for RewardParameters {
     }
 }
 
-/// What the robot is asked to do, as far as its senses are concerned: which way it should go.
+/// A task: the direction in which the robot should go.
 pub trait Task {
-    /// The angle phi_T from where the robot points to where it should go, positive on the left;
-    /// `None` if the sample does not tell.
+    /// Returns the angle phi_T from the robot's heading to the direction in which it should go,
+    /// positive on the left; `None` if the sample does not determine it.
     fn target_angle(&self, sample: &Sample) -> Option<Microdegrees>;
 }
 
@@ -91,7 +92,7 @@ impl Reward {
         self.total() - before.total()
     }
 
-    /// The stimulus whose component fell most since `before` (II-D); the first of equals.
+    /// Returns the stimulus whose component fell most since `before` (II-D); the first of equals.
     pub fn most_decreased(&self, before: &Self) -> Stimulus {
         let mut most = (Stimulus::Front, i32::MAX);
         for (i, stimulus) in Stimulus::ALL.into_iter().enumerate() {
@@ -125,7 +126,7 @@ impl RewardTables {
     /// Bound of -RF, so that RF and DRF fit 32 bits of millionths.
     pub const LARGEST: f64 = 2_000.0;
 
-    /// Works the tables out.
+    /// Checks the parameters and calculates the tables.
     ///
     /// # Errors
     /// A weight or decay outside its range, or weights whose sum could exceed
@@ -152,7 +153,7 @@ impl RewardTables {
         })
     }
 
-    /// RF's components for a percept and the target angle it was made of.
+    /// Returns RF's components for a percept and its target angle.
     pub fn reward(&self, percept: &Percept, target_angle: Microdegrees) -> Reward {
         let [front, left, right, _] = percept.0;
         let angle = i64::from(target_angle.0.unsigned_abs());

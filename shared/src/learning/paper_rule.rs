@@ -1,9 +1,9 @@
 //! The paper's learning rule: staircases (II-D) and the simplified motor map (II-C).
 //!
-//! The paper says that phases are learned by a simplified motor map driven by DRF and gives no
-//! formulas. Those used here, after Schulten's motor maps, learned best of some hundred variants:
-//! a phase moves towards what was tried if that gave more than the pattern has come to expect
-//! (`DRF > b`), and the expectation follows the reward.
+//! The paper has phases learned by a simplified motor map driven by DRF, without formulas. Those
+//! used here, after Schulten's motor maps, learned best of some hundred variants: a phase moves
+//! towards the one tried if its reward exceeds the pattern's expectation (`DRF > b`), and the
+//! expectation follows the reward.
 
 use serde::{Deserialize, Serialize};
 

@@ -16,13 +16,13 @@ pub struct LearningParameters {
     pub sensing_width: f64,
     /// h is multiplied by this at each action that is learned from (II-D).
     pub sensing_ageing: f64,
-    /// Step amplitudes stay within plus and minus this. Not the paper's: its own grow to some tens,
+    /// Step amplitudes stay within +- this. Not the paper's: its own grow to some tens,
     /// which costs fidelity in fixed point. A bound of 10 was no worse to learn with than one of
     /// 40, which hardly any session reaches.
     pub amplitude_limit: f64,
-    /// A pattern's first phase is uniform within plus and minus this (III-A).
+    /// A pattern's first phase is uniform within +- this (III-A).
     pub initial_phase_deg: f64,
-    /// Phases never leave plus and minus this. Not the paper's; found by experiment.
+    /// Phases stay within +- this. Not the paper's; found by experiment.
     pub phase_limit_deg: f64,
     /// Standard deviation of a new pattern's search. Not the paper's.
     pub initial_search_deg: f64,
@@ -35,7 +35,7 @@ pub struct LearningParameters {
 }
 
 impl LearningParameters {
-    /// The paper's where it gives them, else those that learned best in its arena.
+    /// The paper's where it states them, else those that learned best in its arena.
     pub const PAPER: Self = Self {
         module_cm: 4.0,
         sensing_width: 0.5,

@@ -2,8 +2,8 @@
 
 /// v k / 2^SHIFT, rounded to the nearest, ties away from zero.
 ///
-/// Ties away from zero make this odd in v, which makes mirror images and negated states run on
-/// mirrored and negated for ever.
+/// Ties away from zero make this odd in v, so that mirrored and negated states stay exactly
+/// mirrored and negated.
 ///
 /// Requires k <= 2^(32 - SPLIT) - 2^(SHIFT - SPLIT - 1), SPLIT <= SHIFT and |v k| < 2^(31 + SPLIT),
 /// so that the halves of the product, split at bit SPLIT of v, fit the 32 bits to which the

@@ -33,7 +33,7 @@ use super::tables::{
 use super::transform::{Layer, forward, inverse, parities, parity};
 use crate::random::Generator;
 
-/// When to give up: 200 time units, twice the paper's 100. All starts from sensed corners settle
+/// Time limit: 200 time units, twice the paper's 100. All starts from sensed corners settle
 /// by 90; one in some thousands from all-zero corners takes longer than 100.
 pub const MAX_TIME: SettleTime = SettleTime(200 * SettleTime::PER_UNIT);
 
@@ -48,7 +48,7 @@ pub struct Corners(pub [i32; 4]);
 impl Corners {
     /// Fraction bits of a corner.
     pub const FRACTION_BITS: u32 = 20;
-    /// The largest magnitude: 40. Staircases without a bound of their own reach 5 to 40; beyond 43 the modes would
+    /// The largest magnitude: 40. Unbounded staircases reach 5 to 40; beyond 43 the modes would
     /// leave their 32 bits.
     pub const MAX: i32 = 40 << Self::FRACTION_BITS;
     /// The cells that the corners set, in their order.
@@ -270,7 +270,7 @@ impl State {
             middle: modes.map(|mode| halved(mode.a, MODE_BITS - CELL_BITS)),
             limit: ONE << gain,
         };
-        // No step came before the first. A trial step tells where the first one has its middle.
+        // There is no step before the first: a trial step finds the first one's middle.
         state.sum_modes();
         state.clamp();
         forward(&mut state.middle);
@@ -296,7 +296,7 @@ impl State {
         }
     }
 
-    /// Turns the middle's cells into outputs, and tells whether all of them are saturated.
+    /// Turns the middle's cells into outputs; true if all of them are saturated.
     #[inline(always)]
     fn clamp(&mut self) -> bool {
         let limit = self.limit;
@@ -313,8 +313,8 @@ impl State {
         saturated
     }
 
-    /// Takes the step whose middle has these modes of outputs, and goes to the middle of the next.
-    /// `bits` are those of the table.
+    /// Executes the step whose middle has these modes of outputs, and extrapolates to the middle of
+    /// the next. `bits` are those of the table.
     #[inline(never)]
     fn advance(&mut self, bits: u32) {
         let shift = bits + SUM_BITS - MODE_BITS;
@@ -334,8 +334,8 @@ impl State {
         }
     }
 
-    /// Goes over to a table whose steps are longer by `factor`: their middle is further away, and
-    /// they have another inhibition.
+    /// Switches to a table whose steps are longer by `factor`: their middle is further away and
+    /// their inhibition differs.
     fn lengthen_steps(&mut self, table: &StepTable, factor: u32) {
         let coefficients = table.modes.iter().zip(&table.inherit);
         let modes = self.modes.iter_mut().zip(&mut self.middle);

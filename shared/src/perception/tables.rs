@@ -134,11 +134,20 @@ const SCHEDULE: [(u32, u32); 4] = [(2, 64), (4, 3 * 64), (8, 12 * 64), (16, u32:
 /// Made at compile time, so that no floating point is calculated on the board:
 ///
 /// ```
-/// use rover_shared::perception::{Lattice, LatticeParameters};
+/// use rover_shared::perception::{Corners, Lattice, LatticeParameters, Noise};
 /// static LATTICE: Lattice = match Lattice::new(&LatticeParameters::PAPER) {
 ///     Ok(lattice) => lattice,
 ///     Err(_) => panic!("the paper's parameters are admissible"),
 /// };
+///
+/// // From four corners, here without noise, to a pattern; and from mirrored corners to its mirror.
+/// let one = 1 << Corners::FRACTION_BITS;
+/// let code = |corners| LATTICE.settle(&Corners(corners), &Noise::default()).map(|s| s.code);
+/// let pattern = code([one, -one, one / 2, 2 * one])?;
+/// let mirrored = code([-one, one, 2 * one, one / 2])?;
+/// assert_eq!(pattern.picture().to_string(), "##..\n#...\n#..#\n####");
+/// assert_eq!(mirrored.picture().to_string(), "..##\n...#\n#..#\n####");
+/// # Ok::<(), rover_shared::perception::DidNotSettle>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Lattice {
@@ -147,7 +156,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Makes the tables for any parameters that form Turing patterns.
+    /// Calculates the tables for any parameters that form Turing patterns.
     ///
     /// # Errors
     ///
@@ -243,7 +252,7 @@ const fn step_table(parameters: &LatticeParameters, length: u32, until: u32) -> 
     None
 }
 
-/// Works out the coefficients of a table, and tells whether all of them fit.
+/// Calculates the coefficients of a table; false if one does not fit.
 const fn fill(parameters: &LatticeParameters, table: &mut StepTable) -> bool {
     let mut place = 0;
     while place < 16 {

@@ -23,8 +23,8 @@
 
 use super::fixed_point::scale;
 
-/// A layer in place: its cells, row by row from the upper left corner; or its modes, of which
-/// [`mode_indices`] tells the order.
+/// A layer in place: its cells, row by row from the upper left corner; or its modes, in the
+/// order of [`mode_indices`].
 pub(super) type Layer = [i32; 16];
 
 /// The cells that are mirror images of one another.

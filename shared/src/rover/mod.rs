@@ -75,7 +75,7 @@ pub struct Rover<'k> {
     identity: Identity,
     /// Whether the knowledge can be used.
     valid: bool,
-    /// The seed of this session, or of the next while nobody drives.
+    /// The seed of this session, or of the next one between sessions.
     seed: u64,
     /// The seed was set since the last session began.
     chosen: bool,

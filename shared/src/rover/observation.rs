@@ -5,21 +5,21 @@ use crate::sensing::ir::{AdcCount, CHANNELS, IrReading};
 use crate::time::Instant;
 use crate::units::{Microdegrees, Micrometres};
 
-/// What is sensed at one moment.
+/// The readings of all sensors at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Observation {
     /// When the range sensors were sampled.
     pub time: Instant,
     /// The range sensors.
     pub ir: IrReading,
-    /// Where the rover points, if the compass can be believed.
+    /// The rover's heading, if the compass is good.
     pub heading: Option<Microdegrees>,
-    /// Whether it can.
+    /// Health of the compass.
     pub compass: CompassHealth,
 }
 
 impl Observation {
-    /// Before anything was sensed.
+    /// No readings yet.
     pub const NOTHING: Self = Self {
         time: Instant(0),
         ir: IrReading {

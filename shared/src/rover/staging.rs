@@ -1,4 +1,4 @@
-//! The one buffer in which knowledge lies as bytes: to be sent, received or stored.
+//! The one buffer for knowledge as bytes: to send, receive or store it.
 
 use super::rule::{RoverKnowledge, Rule};
 use crate::checksum::fingerprint;
@@ -7,10 +7,10 @@ use crate::parameters::Parameters;
 use crate::wire::message::Chunk;
 use crate::wire::transfer::{Progress, Transfer, chunk_at};
 
-/// Bytes of the longest knowledge: a full pattern vector.
+/// Most bytes of knowledge: a full pattern vector.
 pub const MOST_BYTES: usize = RoverKnowledge::max_size();
 
-/// The buffer, and what is in it.
+/// The buffer and its content.
 pub struct Staging {
     bytes: [u8; MOST_BYTES],
     content: Content,
@@ -21,18 +21,18 @@ enum Content {
     Nothing,
     /// The knowledge in use, as it is at this moment.
     Current { length: usize, fingerprint: u32 },
-    /// What a host sends.
+    /// A transfer from a host.
     Incoming(Transfer),
 }
 
 impl Staging {
-    /// An empty buffer; all zeros, so that a static of it takes no room in the board's flash.
+    /// An empty buffer: all zeros, so that a static occupies none of the board's flash.
     pub const EMPTY: Self = Self {
         bytes: [0; MOST_BYTES],
         content: Content::Nothing,
     };
 
-    /// The knowledge in use as bytes, and their fingerprint; written anew only after a change.
+    /// Returns the knowledge in use as bytes, and their fingerprint; rewritten only after a change.
     pub fn current(&mut self, knowledge: &RoverKnowledge, parameters: &Parameters) -> (&[u8], u32) {
         let (length, fingerprint) = match self.content {
             Content::Current {
@@ -44,7 +44,7 @@ impl Staging {
         (self.bytes.get(..length).unwrap_or_default(), fingerprint)
     }
 
-    /// The bytes that [`current`](Self::current) gave last; empty after a change.
+    /// Returns the bytes last returned by [`current`](Self::current); empty after a change.
     pub fn staged(&self) -> &[u8] {
         match self.content {
             Content::Current { length, .. } => self.bytes.get(..length).unwrap_or_default(),
@@ -52,14 +52,14 @@ impl Staging {
         }
     }
 
-    /// The knowledge in use has changed.
+    /// Invalidates the bytes: the knowledge has changed.
     pub fn changed(&mut self) {
         if matches!(self.content, Content::Current { .. }) {
             self.content = Content::Nothing;
         }
     }
 
-    /// The chunk of the current knowledge that starts at `offset`.
+    /// Returns the chunk of the current knowledge that starts at `offset`.
     ///
     /// # Errors
     /// [`Refusal::OutOfRange`].
@@ -73,7 +73,7 @@ impl Staging {
         chunk_at(bytes, fingerprint, offset)
     }
 
-    /// Takes a chunk from the host; gives the whole after the last one.
+    /// Stores a chunk from the host; returns the whole after the last one.
     ///
     /// # Errors
     /// As [`Transfer::accept`].
@@ -89,7 +89,7 @@ impl Staging {
             return Ok(None);
         }
         let start = chunk.offset as usize;
-        // A transfer lets no chunk through that ends beyond its capacity.
+        // The transfer has refused chunks that end beyond its capacity.
         let place = self.bytes.get_mut(start..start + chunk.data.len());
         place.ok_or(Refusal::TooLong)?.copy_from_slice(&chunk.data);
         Ok(match progress {
@@ -98,12 +98,12 @@ impl Staging {
         })
     }
 
-    /// The transfer is over.
+    /// Ends the transfer.
     pub fn received(&mut self) {
         self.content = Content::Nothing;
     }
 
-    /// Room for knowledge that is read from the flash.
+    /// Returns the whole buffer, to read stored knowledge into.
     pub fn room(&mut self) -> &mut [u8] {
         self.content = Content::Nothing;
         &mut self.bytes

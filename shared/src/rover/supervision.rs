@@ -4,7 +4,7 @@ use crate::contract::{Counters, FaultReport, Mode, Refusal, ResetReason, State};
 use crate::supervisor::{Input, Supervisor};
 use crate::time::Instant;
 
-/// What the supervisor says at a moment.
+/// The supervisor's outputs at one moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct View {
     /// Its state.
@@ -17,22 +17,22 @@ pub struct View {
     pub reset: ResetReason,
 }
 
-/// The supervisor, wherever it is kept and whoever else tells it things at the same time.
+/// Access to the supervisor, which may be shared with interrupts.
 pub trait Supervision {
-    /// Tells what happened now.
+    /// Passes an input to the supervisor.
     ///
     /// # Errors
-    /// What was asked for is refused, and why.
+    /// The request is refused, with the reason.
     fn handle(&mut self, input: Input) -> Result<(), Refusal>;
 
-    /// What it says now.
+    /// Returns its outputs now.
     fn view(&mut self) -> View;
 
-    /// The next fault to report.
+    /// Returns the next fault to report.
     fn take_fault(&mut self) -> Option<FaultReport>;
 }
 
-/// A supervisor at hand, at this time.
+/// A supervisor that is not shared, and the present time.
 impl Supervision for (Instant, &mut Supervisor) {
     fn handle(&mut self, input: Input) -> Result<(), Refusal> {
         self.1.handle(self.0, input)

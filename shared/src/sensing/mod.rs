@@ -29,16 +29,16 @@ pub struct Sample {
     /// Free distance on the right.
     #[serde(rename = "right_um")]
     pub right: Micrometres,
-    /// Where the robot points, counter-clockwise in the world's frame.
+    /// The robot's heading, counter-clockwise in the world's frame.
     #[serde(rename = "heading_udeg")]
     pub heading: Microdegrees,
-    /// Where the target lies as seen from the robot, counter-clockwise in the world's frame;
+    /// Bearing of the target as seen from the robot, counter-clockwise in the world's frame;
     /// `None` for robots without a target sensor.
     #[serde(rename = "target_bearing_udeg")]
     pub target_bearing: Option<Microdegrees>,
 }
 
-/// The four things the robot senses, in the order in which arrays of four hold them.
+/// The four stimuli, in the order of all arrays of four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stimulus {
@@ -77,7 +77,7 @@ impl Percept {
         ])
     }
 
-    /// The steps that the four stimuli lie in.
+    /// Returns the steps that the four stimuli lie in.
     pub fn steps(&self) -> [StepIndex; 4] {
         self.0.map(Scaled::step)
     }

@@ -1,4 +1,4 @@
-//! The ranges within which distance sensors are believed, and how a distance is scaled by them.
+//! The ranges of the distance sensors, and the scaling of distances by them.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,9 +14,9 @@ pub struct SensingParameters {
     pub front_near_cm: f64,
     /// Distances above this count as this, in front.
     pub front_far_cm: f64,
-    /// The same for the left and right sensor.
+    /// As `front_near_cm`, for the left and right sensor.
     pub side_near_cm: f64,
-    /// The same for the left and right sensor.
+    /// As `front_far_cm`, for the left and right sensor.
     pub side_far_cm: f64,
 }
 
@@ -46,7 +46,7 @@ impl Default for SensingParameters {
 /// The longest distance a sensor can be given, in cm: this robot's sensors see no farther.
 const FARTHEST_CM: f64 = 10_000.0;
 
-/// The range within which a distance sensor is believed; outside it saturates (III-A, IV-A).
+/// The range of a distance sensor; outside it distances saturate (III-A, IV-A).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DistanceRange {
     /// Distances up to here scale to -1.
@@ -56,7 +56,7 @@ pub struct DistanceRange {
 }
 
 impl DistanceRange {
-    /// Scales linearly: near to -1, far to 1, saturating beyond both.
+    /// Scales a distance linearly: near to -1, far to 1, saturating beyond both.
     pub fn scale(&self, distance: Micrometres) -> Scaled {
         let width = i64::from(self.far.0) - i64::from(self.near.0);
         let inside = i64::from(distance.0) - i64::from(self.near.0);

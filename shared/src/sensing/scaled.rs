@@ -12,7 +12,7 @@ use super::neuron::{STEPS, StepIndex};
 #[serde(try_from = "i32", into = "i32")]
 pub struct Scaled(i32);
 
-/// A number that is no scaled stimulus: outside [-1, 1].
+/// Error: a number outside [-1, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfScale;
 
@@ -42,10 +42,10 @@ impl From<Scaled> for i32 {
 }
 
 impl Scaled {
-    /// What stands for 1.
+    /// The number of millionths in 1.
     pub const ONE: i32 = 1_000_000;
 
-    /// The value nearest to `millionths` that lies in [-1, 1].
+    /// Clamps `millionths` to [-1, 1].
     pub const fn saturating(millionths: i64) -> Self {
         if millionths > Self::ONE as i64 {
             Self(Self::ONE)

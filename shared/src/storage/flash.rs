@@ -1,8 +1,8 @@
 //! What the storage needs of a flash.
 
-/// Bytes that are erased together.
+/// Bytes erased together.
 pub const SECTOR: u32 = 4_096;
-/// Bytes that are programmed together.
+/// Bytes programmed together.
 pub const PAGE: usize = 256;
 
 /// A NOR flash: erasing sets all bits of a sector, programming clears bits of a page.
@@ -22,7 +22,7 @@ pub trait Flash {
     /// The flash's.
     fn erase(&mut self, offset: u32) -> Result<(), Self::Error>;
 
-    /// Programs the page that starts at `offset`, and was erased.
+    /// Programs the erased page that starts at `offset`.
     ///
     /// # Errors
     /// The flash's.

@@ -5,18 +5,19 @@
 //! header    magic "TRVS" | sequence u32 | length u32 | fingerprint u32 | CRC-32 of these 16 bytes
 //! ```
 //!
-//! (All little-endian; the rest of page 0 stays erased. The [`fingerprint`] is the content's.) The content is the one of the slot with
-//! a right header, a right content, and the higher sequence number. A write always goes to the
-//! other slot: erase as many sectors as it needs, program the content, read it back, and only then
-//! program the header, read back too. So whatever a power cut leaves half-done is in a slot that
-//! has no right header or no right content, and the slot before it was not touched.
+//! (All little-endian; the rest of page 0 stays erased. The
+//! [`fingerprint`](crate::checksum::fingerprint) is the content's.) Of the slots whose header and
+//! content are valid, the one with the higher sequence number counts. A write goes to the other
+//! slot: erase as many sectors as needed, program the content, read it back, and only then program
+//! the header, read back too. So a power cut leaves an invalid slot, and the previous one
+//! untouched.
 //!
-//! **Wear**: sectors stand 100,000 erasures (W25Q16JV data sheet), each write erases a sector of one
-//! of the two slots once, and the sequence number counts the writes: after [`MOST_WRITES`] the slots
-//! are closed to writing and can still be read. Writing what is there already does nothing.
+//! **Wear**: a sector endures 100,000 erasures (W25Q16JV data sheet), each write erases the sectors of
+//! one of the two slots once, and the sequence number counts the writes: after [`MOST_WRITES`] the
+//! slots are read-only. Writing the present content again does nothing.
 //!
-//! A [`Write`] goes on by one operation of the flash a [`step`](Write::step), because on the board
-//! each stops the program from 0.4 ms (a page) to 400 ms (a sector at its worst).
+//! A [`Write`] executes one flash operation per [`step`](Write::step), because on the board each
+//! stops the program for 0.4 ms (a page) to 400 ms (a sector at its worst).
 
 mod flash;
 mod slots;

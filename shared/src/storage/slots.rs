@@ -9,7 +9,7 @@ pub const MOST_WRITES: u32 = 200_000;
 pub(super) const MAGIC: [u8; 4] = *b"TRVS";
 pub(super) const HEADER: usize = 20;
 
-/// What is known of a slot's content.
+/// A slot's header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Record {
     pub(super) slot: u8,
@@ -29,13 +29,13 @@ impl Record {
         self.checksum
     }
 
-    /// How often the slots were written up to this record.
+    /// Number of writes up to this record.
     pub const fn writes(&self) -> u32 {
         self.sequence
     }
 }
 
-/// What two slots hold.
+/// The content of two slots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// Nothing was ever written: both headers are erased.
@@ -46,7 +46,7 @@ pub enum Content {
     Whole(Record),
 }
 
-/// Two slots that follow each other in the flash.
+/// Two consecutive slots in the flash.
 #[derive(Clone, Copy, Debug)]
 pub struct Slots {
     start: u32,
@@ -55,8 +55,7 @@ pub struct Slots {
 }
 
 impl Slots {
-    /// Slots that have not been looked at, from `start` on (a multiple of [`SECTOR`]), each with
-    /// this many sectors.
+    /// Unopened slots from `start` on (a multiple of [`SECTOR`]), each with this many sectors.
     pub const fn new(start: u32, sectors: u32) -> Self {
         assert!(
             start.is_multiple_of(SECTOR) && sectors > 0,
@@ -69,7 +68,7 @@ impl Slots {
         }
     }
 
-    /// Looks at both slots.
+    /// Reads and checks both slots.
     ///
     /// # Errors
     /// The flash's.
@@ -83,12 +82,12 @@ impl Slots {
         Ok(self.content)
     }
 
-    /// What [`open`](Self::open) found, or was written since.
+    /// The content found by [`open`](Self::open), or [written](Self::written) since.
     pub const fn content(&self) -> Content {
         self.content
     }
 
-    /// How many bytes a slot takes.
+    /// Most bytes of content.
     pub const fn capacity(&self) -> usize {
         (self.sectors * SECTOR) as usize - PAGE
     }
@@ -113,7 +112,7 @@ impl Slots {
         Ok(if whole { Some(bytes) } else { None })
     }
 
-    /// Takes the record of a write that is [`Progress::Done`].
+    /// Makes the record of a finished [`Write`](super::Write) the newest content.
     pub fn written(&mut self, record: Record) {
         self.content = Content::Whole(record);
     }
@@ -138,7 +137,7 @@ impl Slots {
         })
     }
 
-    /// Fingerprint of what stands where the record's content should.
+    /// Returns the fingerprint of the bytes at the record's place.
     pub(super) fn checksum<F: Flash>(
         &self,
         flash: &mut F,
@@ -157,7 +156,7 @@ impl Slots {
         Ok(digest.finalize())
     }
 
-    /// Offset of a slot's page.
+    /// Returns the offset of a slot's page.
     pub(super) const fn page(&self, slot: u8, page: u32) -> u32 {
         self.start + slot as u32 * self.sectors * SECTOR + page * PAGE as u32
     }

@@ -1,4 +1,4 @@
-//! Every fault is a number before it is a message.
+//! The counters of the faults.
 
 use crate::contract::{Counters, Fault};
 
@@ -32,7 +32,7 @@ impl Fault {
 }
 
 impl Counters {
-    /// How often a fault was counted.
+    /// Returns how often a fault was counted.
     pub const fn of(&self, fault: Fault) -> u32 {
         self.0[fault as usize]
     }

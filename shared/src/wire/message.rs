@@ -6,8 +6,8 @@
 //! any change, even of an order, changes it, and [`PROTOCOL_VERSION`] must go up too (a test
 //! insists).
 //!
-//! postcard encodes a variant as its position: **variants are only appended**, and [`Report::Hello`]
-//! and [`Command::Hello`] stay at position 0.
+//! postcard encodes a variant as its position: **variants are only appended**, and
+//! [`Report::Hello`] and [`Command::Hello`] stay at position 0.
 //!
 //! | host to rover ([`Command`]) | the rover answers [`Report::Ack`] and |
 //! |---|---|
@@ -40,7 +40,7 @@ pub const CHUNK_BYTES: usize = 128;
 /// Longest name of a board or of a firmware version, in bytes.
 pub const NAME_BYTES: usize = 24;
 
-/// What the host asks for.
+/// A message from the host.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
     /// Opens the conversation.
@@ -50,15 +50,15 @@ pub enum Command {
     },
     /// Asks for an acknowledgement only.
     Ping,
-    /// Says that the host still drives; at least twice a second in [`Mode::Host`].
+    /// The host's heartbeat; at least twice a second in [`Mode::Host`].
     Heartbeat,
     /// Allows the motors to run, if everything is well.
     Arm,
     /// Stops the motors and forbids them; acknowledges a standing fault.
     Disarm,
-    /// Chooses who moves the rover.
+    /// Selects who moves the rover.
     SetMode(Mode),
-    /// Chooses what is to be learned or done.
+    /// Selects the task.
     SetTask(Task),
     /// The direction to follow, counter-clockwise in the compass's frame.
     SetDirection(Microdegrees),
@@ -85,14 +85,13 @@ pub enum Command {
     PushKnowledge(Chunk),
     /// Writes what was learned to the flash; refused while armed.
     StoreKnowledge,
-    /// Forgets everything and begins with untrained knowledge; refused while armed.
+    /// Starts with untrained knowledge; refused while armed.
     NewKnowledge,
 }
 
-/// What the rover says.
+/// A message from the rover.
 ///
-/// A place in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no
-/// heap to put it on.
+/// A slot in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no heap.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Report {
     /// Opens the conversation, and follows every reset.
@@ -143,13 +142,13 @@ pub struct Ack {
 /// The rover's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
-    /// When this was so.
+    /// When this was the state.
     pub time: Instant,
     /// What the supervisor allows.
     pub state: State,
     /// Whether wheel commands reach the motors at this moment.
     pub motors_enabled: bool,
-    /// What is being done.
+    /// The task.
     pub task: Task,
     /// The direction to follow.
     pub direction: Microdegrees,
@@ -157,10 +156,10 @@ pub struct Status {
     pub steps: u32,
     /// Median ADC counts: front left, front right, left, right.
     pub counts: [u16; 4],
-    /// What these channels' curves make of them.
+    /// The distances by these channels' curves.
     pub distances: [Micrometres; 4],
-    /// Where the rover points, counter-clockwise in the compass's frame, its offset added; `None`
-    /// if the compass cannot be believed.
+    /// The rover's heading, counter-clockwise in the compass's frame, its offset added; `None` if
+    /// the compass is not good.
     pub heading: Option<Microdegrees>,
     /// Health of the range sensors: front left, front right, left, right.
     pub ranges: [ChannelHealth; 4],
@@ -170,7 +169,7 @@ pub struct Status {
     pub counters: Counters,
 }
 
-/// One action cycle: all that the core saw, thought, did and learned.
+/// One complete action cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ActionRecord {
     /// When the sample was taken.
@@ -183,8 +182,8 @@ pub struct ActionRecord {
     pub compass: CompassHealth,
     /// The sample in physical units.
     pub sample: Sample,
-    /// What the controller made of it: percept, corners, pattern, action, and what it learned
-    /// from the cycle before.
+    /// The controller's record: percept, corners, pattern, action, and what it learned from the
+    /// cycle before.
     pub step: StepRecord,
     /// How this cycle's move ended.
     pub outcome: Outcome,

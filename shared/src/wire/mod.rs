@@ -1,7 +1,7 @@
 //! The wire between rover and host: what a frame is, byte by byte.
 //!
-//! [`message`] says what can be said; this module and [`frame`] say how it is packed. The
-//! transport (USB CDC-ACM, a pipe, a test's byte queue) only has to carry bytes.
+//! [`message`] defines the messages; this module and [`frame`] how they are packed. The transport
+//! (USB CDC-ACM, a pipe, a test's byte queue) only carries bytes.
 //!
 //! # The frame
 //!
@@ -14,8 +14,8 @@
 //! * **version**: [`PROTOCOL_VERSION`]. This header and the checksum are the same in all
 //!   versions, so that a frame of another version is recognised and refused with a sentence
 //!   instead of being read wrongly.
-//! * **sequence**: counts the frames of one direction from 0, wrapping; a gap tells how many were
-//!   lost. An acknowledgement quotes the command's.
+//! * **sequence**: counts the frames of one direction from 0, wrapping; a gap counts the lost
+//!   ones. An acknowledgement quotes the command's.
 //! * **message**: a [`Command`](message::Command) from the host or a [`Report`](message::Report)
 //!   from the rover, in [postcard](https://postcard.jamesmunns.com/wire-format) format: integers
 //!   wider than 8 bits as varints (7 bits a byte, low first; signed ones zigzag), enums as the
@@ -79,15 +79,15 @@ const fn schema_hash(texts: &[&[u8]]) -> u32 {
     digest.finalize()
 }
 
-/// Why two sides cannot talk; its text says what to do about it.
+/// Why two sides are incompatible; the text includes the remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mismatch {
-    /// The other side speaks a newer version.
+    /// The other side uses a newer version.
     TheyAreNewer {
         /// Their version.
         theirs: u8,
     },
-    /// The other side speaks an older version.
+    /// The other side uses an older version.
     TheyAreOlder {
         /// Their version.
         theirs: u8,
@@ -123,7 +123,7 @@ impl fmt::Display for Mismatch {
 
 impl core::error::Error for Mismatch {}
 
-/// Whether a side that said this version and schema can be talked to.
+/// Checks the version and schema of the other side.
 ///
 /// # Errors
 /// The difference, with a sentence on what to update.

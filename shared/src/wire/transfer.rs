@@ -1,8 +1,7 @@
 //! Knowledge over the wire, in checked chunks.
 //!
-//! The sender cuts with [`chunk_at`]. The receiver keeps a [`Transfer`], which says where each
-//! chunk's bytes go, and whether the whole is right; where the bytes are kept is the receiver's
-//! business. A chunk that comes twice (its acknowledgement was lost) is taken twice without harm.
+//! The sender cuts with [`chunk_at`]. The receiver's [`Transfer`] checks order and checksum; the
+//! receiver itself stores the bytes. A repeated chunk (its acknowledgement was lost) is harmless.
 
 use crc::{Digest, NoTable};
 use heapless::Vec;
@@ -11,8 +10,8 @@ use super::message::{CHUNK_BYTES, Chunk};
 use crate::checksum::digest;
 use crate::contract::Refusal;
 
-/// The chunk of `knowledge`, whose [`fingerprint`](crate::checksum::fingerprint) this is, that starts at `offset`; empty exactly
-/// at the end.
+/// The chunk of `knowledge`, whose [`fingerprint`](crate::checksum::fingerprint) this is, that
+/// starts at `offset`; empty exactly at the end.
 ///
 /// # Errors
 /// [`Refusal::OutOfRange`] if the offset lies beyond the end, [`Refusal::TooLong`] for more than
@@ -31,7 +30,7 @@ pub fn chunk_at(knowledge: &[u8], fingerprint: u32, offset: u32) -> Result<Chunk
     })
 }
 
-/// What a chunk did to a transfer.
+/// What to do with an accepted chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Keep the bytes at the chunk's offset, and await more.
@@ -67,7 +66,7 @@ impl Transfer {
         }
     }
 
-    /// Takes a chunk. Offset 0 starts a new transfer, whatever came before.
+    /// Checks a chunk. Offset 0 starts a new transfer, whatever came before.
     ///
     /// # Errors
     /// [`Refusal::TooLong`] beyond the capacity, [`Refusal::ChunkOutOfOrder`] for a chunk that

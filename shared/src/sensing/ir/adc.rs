@@ -1,4 +1,4 @@
-//! Counts of the analogue-to-digital converter, and their medians.
+//! Counts of the analogue-to-digital converter and their medians.
 
 /// Channels in the order of all arrays of four.
 pub const CHANNELS: usize = 4;
@@ -13,7 +13,7 @@ impl AdcCount {
     /// No voltage.
     pub const ZERO: Self = Self(0);
 
-    /// Counts as the converter gives them; `None` if its error bit or an impossible bit is set.
+    /// A conversion's result; `None` if its error bit or an impossible bit is set.
     pub const fn new(raw: u16) -> Option<Self> {
         if raw > Self::MAX {
             None
@@ -32,7 +32,7 @@ impl AdcCount {
 ///
 /// The RP2040's ADC has spikes of its differential nonlinearity at the codes 512, 1536, 2560 and
 /// 3584 (erratum RP2040-E11), and the sensors draw current in bursts that show on their output;
-/// a median forgets such outliers, a mean would carry them on. Five sweeps are enough.
+/// a median drops such outliers, a mean would not. Five sweeps are enough.
 ///
 /// `None` if a conversion failed.
 pub fn medians<const N: usize>(sweeps: &[[u16; CHANNELS]; N]) -> Option<[AdcCount; CHANNELS]> {

@@ -1,12 +1,12 @@
 //! Infrared range sensors: from ADC counts to free distances (IV-A: two GP2D12 ahead, one each
 //! at 45 degrees to the left and right).
 //!
-//! An [`IrArray`] takes one set of [`medians`] per sensor period and gives, channel by
-//! channel, the distance and whether the sensor can be believed. Two kinds of distance leave it:
+//! An [`IrArray`] turns one set of [`medians`] per sensor period into distance and health of each
+//! channel. A reading has two kinds of distance:
 //!
 //! * the percept's, clipped to the paper's 14 to 64 cm ([`IrReading::ranges`]);
 //! * the unclipped one, by which a move is stopped ([`IrReading::clearance`]); there a sensor
-//!   that cannot be believed counts as an obstacle at distance 0.
+//!   that is not good counts as an obstacle at distance 0.
 //!
 //! **Below 10 cm these sensors fold back**: their output falls again as an obstacle comes
 //! closer than the peak (at 6 to 9 cm), so that 4 cm reads like 15. No curve can undo this; the
@@ -44,7 +44,7 @@ pub const NEAREST: Micrometres = Micrometres::from_cm(14);
 /// Farthest distance of the percept (IV-A); ten steps of 5 cm lie between.
 pub const FARTHEST: Micrometres = Micrometres::from_cm(64);
 
-/// Which sensors a board can read.
+/// The front sensors that a board can read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fitted {
     /// Two sensors ahead, as in the paper.
@@ -65,41 +65,43 @@ pub struct Ranges {
     pub right: Micrometres,
 }
 
-/// What one set of counts means.
+/// Distance and health of all channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IrReading {
     /// The counts.
     pub counts: [AdcCount; CHANNELS],
     /// Distance by each channel's curve, unclipped.
     pub distances: [Micrometres; CHANNELS],
-    /// Whether to believe it.
+    /// The channels' health.
     pub health: [ChannelHealth; CHANNELS],
 }
 
 impl IrReading {
     /// The distances for the percept: between [`NEAREST`] and [`FARTHEST`].
     ///
-    /// A sensor that cannot be believed reads nearest.
+    /// A sensor that is not good reads [`NEAREST`].
     pub fn ranges(&self) -> Ranges {
         let Ranges { front, left, right } = self.clearance();
         let [front, left, right] = [front, left, right].map(|d| d.clamp(NEAREST, FARTHEST));
         Ranges { front, left, right }
     }
 
-    /// The distances to stop by: unclipped, and 0 for a sensor that cannot be believed.
+    /// The distances to stop by: unclipped, and 0 for a sensor that is not good.
     pub fn clearance(&self) -> Ranges {
         let front = match self.health[FRONT_RIGHT] {
-            ChannelHealth::NotFitted => self.believed(FRONT_LEFT),
-            _ => self.believed(FRONT_LEFT).min(self.believed(FRONT_RIGHT)),
+            ChannelHealth::NotFitted => self.distance_if_good(FRONT_LEFT),
+            _ => self
+                .distance_if_good(FRONT_LEFT)
+                .min(self.distance_if_good(FRONT_RIGHT)),
         };
         Ranges {
             front,
-            left: self.believed(LEFT),
-            right: self.believed(RIGHT),
+            left: self.distance_if_good(LEFT),
+            right: self.distance_if_good(RIGHT),
         }
     }
 
-    fn believed(&self, channel: usize) -> Micrometres {
+    fn distance_if_good(&self, channel: usize) -> Micrometres {
         match self.health[channel] {
             ChannelHealth::Good => self.distances[channel],
             _ => Micrometres(0),
@@ -116,7 +118,7 @@ pub struct IrArray {
 }
 
 impl IrArray {
-    /// Sensors that all have the same curve, and that nothing is known of yet.
+    /// Sensors that all have the same curve, without samples.
     pub const fn new(fitted: Fitted, curve: RangeCurve) -> Self {
         Self {
             fitted,
@@ -136,7 +138,7 @@ impl IrArray {
         self.curves = curves;
     }
 
-    /// Takes one set of medians. `moving`: whether the wheels are driven.
+    /// Processes one set of medians. `moving`: whether the wheels are driven.
     pub fn push(&mut self, now: Instant, counts: [AdcCount; CHANNELS], moving: bool) -> IrReading {
         let distances = core::array::from_fn(|i| self.curves[i].distance(counts[i]));
         let health = core::array::from_fn(|i| {
@@ -153,7 +155,7 @@ impl IrArray {
         }
     }
 
-    /// The health of all channels, also when no more samples come.
+    /// Returns the health of all channels, also when samples have stopped.
     pub fn health(&self, now: Instant) -> [ChannelHealth; CHANNELS] {
         core::array::from_fn(|channel| {
             if self.has(channel) {
@@ -179,7 +181,7 @@ mod tests {
         raw.map(|c| AdcCount::new(c).expect("12 bits"))
     }
 
-    /// Pushes the counts, with one count of noise, long enough to be believed.
+    /// Pushes the counts, with one count of noise, long enough for the channels to be good.
     fn settled(array: &mut IrArray, raw: [u16; 4]) -> IrReading {
         let mut now = Instant(0);
         let mut reading = array.push(now, counts(raw), false);
