@@ -1,4 +1,4 @@
-//! A learning rule of one's own: each pattern chooses among five turns by what they were worth.
+//! A learning rule of one's own: each pattern chooses among four turns by what they were worth.
 //!
 //! The robot turns on the spot in an open field and is to face a target. `cargo run -p rover-shared
 //! --example custom_rule` prints its mean error before and after learning.
@@ -18,20 +18,20 @@ use rover_shared::sensing::Sample;
 use rover_shared::sensing::neuron::Activation;
 use rover_shared::units::{Microdegrees, Micrometres};
 
-const TURNS: [i32; 5] = [-40, -20, 0, 20, 40];
+const TURNS: [i32; 4] = [-60, -20, 20, 60];
 
-/// The mean reward difference of each turn, in thousandths.
+/// The mean reward difference of each turn, in thousandths of reward.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Values([i32; 5]);
+struct Values([i32; 4]);
 
 impl Values {
     fn best(&self) -> usize {
-        (0..5).max_by_key(|&i| self.0[i]).unwrap_or(2)
+        (0..4).max_by_key(|&i| self.0[i]).unwrap_or_default()
     }
 }
 
 impl Memory for Values {
-    const SIZE: usize = 20;
+    const SIZE: usize = 16;
 
     fn phase(&self) -> Microdegrees {
         Microdegrees::from_degrees(TURNS[self.best()])
@@ -44,7 +44,7 @@ impl Memory for Values {
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
-        let mut values = [0; 5];
+        let mut values = [0; 4];
         for (value, bytes) in values.iter_mut().zip(bytes.chunks_exact(4)) {
             *value = i32::from_le_bytes(bytes.try_into().ok()?);
         }
@@ -53,9 +53,9 @@ impl Memory for Values {
 }
 
 /// Tries one turn in four at random, and averages what each turn was worth.
-struct FiveTurns;
+struct FourTurns;
 
-impl LearningRule for FiveTurns {
+impl LearningRule for FourTurns {
     type Memory = Values;
     const ID: u8 = 200;
 
@@ -66,7 +66,7 @@ impl LearningRule for FiveTurns {
         _c: &LearningCoefficients,
         _rng: &mut Generator,
     ) -> Values {
-        Values([0; 5])
+        Values([0; 4])
     }
 
     fn act(
@@ -77,7 +77,7 @@ impl LearningRule for FiveTurns {
         rng: &mut Generator,
     ) -> Action {
         let turn = match mode {
-            Mode::Learn if rng.bits() < u32::MAX / 4 => (rng.bits() % 5) as usize,
+            Mode::Learn if rng.bits() < u32::MAX / 4 => (rng.bits() % 4) as usize,
             _ => values.best(),
         };
         Action {
@@ -99,7 +99,9 @@ impl LearningRule for FiveTurns {
             .iter()
             .position(|&turn| Microdegrees::from_degrees(turn) == transition.action.phase)?;
         values.0[tried] += (gain - values.0[tried]) / 4;
-        // A failure changes the target's staircase, so that other percepts become other patterns.
+        // A failure changes the staircases, ever less, until different percepts are different
+        // patterns.
+        sensing.width = ((u64::from(sensing.width) * u64::from(c.sensing_ageing)) >> 32) as u32;
         (gain < 0).then(|| {
             let stimulus = transition.after.most_decreased(&transition.before);
             let step = transition.percept.0[stimulus as usize].step();
@@ -115,9 +117,13 @@ impl LearningRule for FiveTurns {
 }
 
 /// Mean error in degrees after eight actions from each of 100 headings.
-fn trial(knowledge: &mut Knowledge<Values>, coefficients: &Coefficients, mode: Mode) -> i32 {
-    let rng = Generator::new(3);
-    let mut controller = Controller::new(coefficients, FiveTurns, knowledge, rng, mode);
+fn error(
+    knowledge: &mut Knowledge<Values>,
+    coefficients: &Coefficients,
+    (mode, seed): (Mode, u64),
+) -> i32 {
+    let rng = Generator::new(seed);
+    let mut controller = Controller::new(coefficients, FourTurns, knowledge, rng, mode);
     let mut total = 0;
     for start in 0..100 {
         let mut heading = Microdegrees::wrapped((start * 37_000_000) % 360_000_000);
@@ -141,11 +147,11 @@ fn trial(knowledge: &mut Knowledge<Values>, coefficients: &Coefficients, mode: M
 fn main() -> Result<(), rover_shared::range_check::ParameterError> {
     let coefficients = Coefficients::new(&Parameters::PAPER)?;
     let mut knowledge = Knowledge::new(&coefficients.learning);
-    let before = trial(&mut knowledge, &coefficients, Mode::Run);
-    for _ in 0..30 {
-        trial(&mut knowledge, &coefficients, Mode::Learn);
+    let before = error(&mut knowledge, &coefficients, (Mode::Run, 0));
+    for seed in 1..=30 {
+        error(&mut knowledge, &coefficients, (Mode::Learn, seed));
     }
-    let after = trial(&mut knowledge, &coefficients, Mode::Run);
+    let after = error(&mut knowledge, &coefficients, (Mode::Run, 0));
     let patterns = knowledge.patterns.elements().len();
     println!("mean error {before} degrees before learning, {after} after; {patterns} patterns");
     assert!(after < before / 2, "it learned");
