@@ -1,19 +1,19 @@
-//! What is particular to one rover: the curves of its range sensors, how its compass is mounted,
-//! how fast it goes. Set by commands, kept in the flash.
+//! Calibrations of one rover: the curves of its range sensors, its compass's mounting, its speed.
+//! Set by commands, stored in the flash.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use crate::contract::{CURVE_POINTS, Calibration, CurvePoint, Refusal};
 use crate::motion::Parameters;
 use crate::sensing::ir::CHANNELS;
 use crate::sensing::ir::curve::RangeCurve;
 use crate::units::{Microdegrees, Micrometres};
-use crate::wire::message::{CURVE_POINTS, Calibration, CurvePoint, Refusal};
 
-/// Longest form as bytes: four curves of twelve points of 8 bytes, and some 30 bytes more.
+/// Most encoded bytes: four curves of twelve points of 8 bytes, and some 30 bytes more.
 pub const MOST_BYTES: usize = 512;
 
-/// Version of the form as bytes.
+/// Version of the encoding.
 const VERSION: u8 = 1;
 
 /// All calibrations of one rover.
@@ -23,11 +23,11 @@ pub struct Calibrations {
     pub curves: [RangeCurve; CHANNELS],
     /// Added to the compass's counter-clockwise heading.
     pub compass_offset: Microdegrees,
-    /// How it turns, advances and gives up.
+    /// Of its moves.
     pub motion: Parameters,
 }
 
-/// The form as bytes: version, then this in postcard format.
+/// The encoding: version, then this in postcard format.
 #[derive(Serialize, Deserialize)]
 struct Stored {
     curves: [Vec<CurvePoint, CURVE_POINTS>; CHANNELS],
@@ -38,7 +38,7 @@ struct Stored {
 }
 
 impl Calibrations {
-    /// A rover of which nothing is known but its make.
+    /// An uncalibrated rover with these defaults.
     pub const fn new(curve: RangeCurve, motion: Parameters) -> Self {
         Self {
             curves: [curve; CHANNELS],
@@ -47,7 +47,7 @@ impl Calibrations {
         }
     }
 
-    /// Takes one calibration.
+    /// Applies one calibration.
     ///
     /// # Errors
     /// [`Refusal::BadCalibration`] for points that are no curve, [`Refusal::OutOfRange`] for
@@ -83,7 +83,7 @@ impl Calibrations {
         Ok(())
     }
 
-    /// The form as bytes, at most [`MOST_BYTES`] long.
+    /// Encodes the calibrations, in at most [`MOST_BYTES`] bytes.
     pub fn encode<'b>(&self, buffer: &'b mut [u8; MOST_BYTES]) -> &'b [u8] {
         let curve = |curve: &RangeCurve| curve.points().iter().copied().collect();
         let stored = Stored {
@@ -97,7 +97,7 @@ impl Calibrations {
         postcard::to_slice(&(VERSION, stored), buffer).unwrap_or_default()
     }
 
-    /// Takes over what [`encode`](Self::encode) gave; false, and nothing changed, if the bytes
+    /// Restores the output of [`encode`](Self::encode); false, and nothing changed, if the bytes
     /// are something else.
     pub fn restore(&mut self, bytes: &[u8]) -> bool {
         self.decode(bytes)

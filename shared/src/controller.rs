@@ -1,6 +1,6 @@
-//! The loop of Fig. 1: sense, perceive, act; and, once the next sample shows what came of it, learn.
+//! The loop of Fig. 1: sense, perceive, act, and learn from the next sample.
 //!
-//! The records serialise under names that carry their units, because logs are read by people.
+//! The records' serialised names carry the units, because logs are read by people.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,17 +14,19 @@ use crate::reward::{Reward, Task};
 use crate::sensing::{Percept, Sample};
 use crate::units::Microdegrees;
 
-/// The controller: what is known, what is being waited for, and the source of chance.
+/// The controller: the knowledge, the action whose consequences are awaited, and the random
+/// generator.
 ///
-/// Feed it one sample per action with [`step`](Self::step). It holds no clock and no hidden
-/// state: the same knowledge, seed, mode and samples give the same bits anywhere.
+/// Call [`step`](Self::step) with one sample per action. There is no clock and no hidden state: the
+/// same knowledge, seed, mode and samples produce the same bits on all machines. The [crate's
+/// example](crate) runs one.
 pub struct Controller<'a, R: LearningRule> {
     coefficients: &'a Coefficients,
     rule: R,
     knowledge: &'a mut Knowledge<R::Memory>,
     rng: Generator,
     mode: Mode,
-    /// The last action, as long as its consequences are still to be seen.
+    /// The last action, until its consequences are sensed.
     pending: Option<Pending>,
 }
 
@@ -36,7 +38,7 @@ struct Pending {
     reward: Reward,
 }
 
-/// What one sample was taken for.
+/// The interpretation of one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sensed {
     /// The angle to the target, positive on the left, in (-180, 180] degrees.
@@ -58,14 +60,14 @@ pub struct Learned {
     /// DRF, in millionths of reward.
     #[serde(rename = "reward_difference_micro")]
     pub reward_difference: i32,
-    /// The phase that the pattern's action has now, search aside.
+    /// The phase of the pattern's action after it, without search.
     #[serde(rename = "phase_udeg")]
     pub phase: Microdegrees,
     /// The staircase's change, if the reward fell.
     pub staircase: Option<StaircaseChange>,
 }
 
-/// What the pattern vector knew of a pattern when it occurred.
+/// Whether the pattern vector knew a pattern when it occurred.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Familiarity {
@@ -73,11 +75,11 @@ pub enum Familiarity {
     Known,
     /// It occurred for the first time.
     New,
-    /// It occurred for the first time, and this pattern was forgotten to make room.
+    /// It occurred for the first time and replaced this pattern in a full vector.
     Replaced(PatternCode),
 }
 
-/// Which pattern arose.
+/// The pattern that arose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Perceived {
     /// The initial states of the corner cells.
@@ -88,34 +90,34 @@ pub struct Perceived {
     /// How long it took to settle, in the network's own time.
     #[serde(rename = "settle_time_64ths")]
     pub settle_time: SettleTime,
-    /// Whether it had been met before.
+    /// Whether it was known.
     pub familiarity: Familiarity,
 }
 
-/// All that one [`Controller::step`] made of its sample.
+/// Everything that one [`Controller::step`] computed from its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StepRecord {
-    /// Counts the steps of this knowledge, from 0.
+    /// Number of this step in this knowledge, from 0.
     pub step: u32,
-    /// What the sample was taken for; `None` if it does not tell where the target is.
+    /// The sample's interpretation; `None` if it does not determine the target angle.
     pub sensed: Option<Sensed>,
     /// What was learned from the action before.
     pub learned: Option<Learned>,
     /// The pattern that arose; `None` without a target, or if the network did not settle.
     pub perceived: Option<Perceived>,
-    /// What to do: [`Action::STAY`] where nothing was perceived.
+    /// The action: [`Action::STAY`] if nothing was perceived.
     pub action: Action,
 }
 
 impl StepRecord {
-    /// Whether the network was started but had not settled at its step cap.
+    /// Whether the network had not settled at its step cap.
     pub fn unsettled(&self) -> bool {
         self.sensed.is_some() && self.perceived.is_none()
     }
 }
 
 impl<'a, R: LearningRule> Controller<'a, R> {
-    /// A controller that goes on from `knowledge`.
+    /// A controller that continues from `knowledge`.
     pub fn new(
         coefficients: &'a Coefficients,
         rule: R,
@@ -133,7 +135,7 @@ impl<'a, R: LearningRule> Controller<'a, R> {
         }
     }
 
-    /// What is known so far.
+    /// The knowledge so far.
     pub fn knowledge(&self) -> &Knowledge<R::Memory> {
         self.knowledge
     }
@@ -143,31 +145,31 @@ impl<'a, R: LearningRule> Controller<'a, R> {
         self.mode
     }
 
-    /// Goes on in another mode; what the last action led to is not learned from.
+    /// Switches to another mode; the last action is not learned from.
     pub fn set_mode(&mut self, mode: Mode) {
         self.mode = mode;
         self.pending = None;
     }
 
-    /// Begins anew with this generator and mode; what is known stays.
+    /// Restarts with this generator and mode, and keeps the knowledge.
     pub fn restart(&mut self, rng: Generator, mode: Mode) {
         self.rng = rng;
         self.set_mode(mode);
     }
 
-    /// The knowledge, to be replaced by other: nothing is learned from the last action any more.
+    /// The knowledge, for replacement; the last action is not learned from.
     pub fn knowledge_mut(&mut self) -> &mut Knowledge<R::Memory> {
         self.pending = None;
         self.knowledge
     }
 
-    /// Forgets the last action: its consequences cannot be told from something else that changed
+    /// Discards the last action, because its consequences cannot be separated from another change
     /// (a new trial, another direction to follow).
     pub fn interrupt(&mut self) {
         self.pending = None;
     }
 
-    /// Learns from what the last action led to, then perceives and chooses the next action.
+    /// Learns from the last action's consequences, then perceives and chooses the next action.
     pub fn step(&mut self, sample: &Sample, task: &impl Task) -> StepRecord {
         let step = self.knowledge.steps;
         self.knowledge.steps = step.wrapping_add(1);
@@ -196,7 +198,7 @@ impl<'a, R: LearningRule> Controller<'a, R> {
         }
     }
 
-    /// Learns from what the last action of a trial led to, without choosing another.
+    /// Learns from the consequences of a trial's last action, without choosing another.
     pub fn conclude(&mut self, sample: &Sample, task: &impl Task) -> Option<Learned> {
         let sensed = self.sense(sample, task);
         let learned = sensed.and_then(|sensed| self.learn(&sensed.reward));
@@ -296,7 +298,7 @@ impl<'a, R: LearningRule> Controller<'a, R> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::action::motor_map::PaperRule;
+    use crate::learning::paper_rule::PaperRule;
     use crate::parameters::Parameters;
     use crate::reward::{AimAtTarget, FollowDirection};
     use crate::units::Micrometres;
@@ -318,7 +320,7 @@ mod tests {
         mode: Mode,
     ) -> (
         Vec<StepRecord>,
-        Knowledge<crate::action::motor_map::MotorWeights>,
+        Knowledge<crate::learning::paper_rule::MotorWeights>,
     ) {
         let coefficients = Coefficients::new(&Parameters::PAPER).unwrap();
         let mut knowledge = Knowledge::new(&coefficients.learning);

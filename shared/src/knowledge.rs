@@ -1,4 +1,4 @@
-//! All that is learned, and its form as bytes: in the board's flash, in files, on the wire.
+//! All that is learned, and its encoding: in the board's flash, in files, on the wire.
 //!
 //! All numbers are little-endian:
 //!
@@ -20,8 +20,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
 
 use crate::action::pattern_vector::{CAPACITY, Element, PatternVector};
-use crate::learning::{LearningRule, Memory, SensingLayer};
-use crate::parameters::{LearningCoefficients, Parameters};
+use crate::learning::{LearningCoefficients, LearningRule, Memory, SensingLayer};
+use crate::parameters::Parameters;
 use crate::perception::PatternCode;
 use crate::sensing::neuron::{Activation, STEPS, SensingNeuron};
 
@@ -39,20 +39,20 @@ const MAX_MEMORY_SIZE: usize = 32;
 // A table of sixteen: 64 bytes instead of a kilobyte, and still one pass over the data per save.
 static CRC: Crc<u32, crc::Table<1>> = Crc::<u32, crc::Table<1>>::new(&CRC_32_ISO_HDLC);
 
-/// What a robot has learned, in [`Parameters`] that it means something in.
+/// What a robot has learned; meaningful only with the [`Parameters`] it was learned with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knowledge<M> {
     /// The sensing neurons and h.
     pub sensing: SensingLayer,
-    /// The patterns met and their actions.
+    /// The patterns that have occurred, and their actions.
     pub patterns: PatternVector<M, CAPACITY>,
-    /// Steps made so far: the time that occurrences are counted in.
+    /// Steps so far: the time scale of occurrences.
     pub steps: u32,
 }
 
 impl<M> Knowledge<M> {
-    /// Nothing learned, and nothing that could change: what [`Knowledge::read`] reads into. All of
-    /// it is zeros, so that a static of it takes no room in the board's flash.
+    /// Nothing learned, and width 0: for [`Knowledge::read`] to read into. All zeros, so that a
+    /// static occupies none of the board's flash.
     pub const EMPTY: Self = Self {
         sensing: SensingLayer {
             neurons: [SensingNeuron::ZERO; 4],
@@ -71,7 +71,7 @@ impl<M> Default for Knowledge<M> {
 }
 
 impl<M: Memory> Knowledge<M> {
-    /// Nothing learned yet: all amplitudes zero, no pattern met.
+    /// Nothing learned: all amplitudes zero, no patterns.
     pub const fn new(c: &LearningCoefficients) -> Self {
         Self {
             sensing: SensingLayer::new(c),
@@ -80,18 +80,18 @@ impl<M: Memory> Knowledge<M> {
         }
     }
 
-    /// Forgets everything and becomes what [`new`](Self::new) gives, in place.
+    /// Replaces everything by [`new`](Self::new), in place.
     pub fn begin(&mut self, c: &LearningCoefficients) {
         self.clear();
         self.sensing = SensingLayer::new(c);
     }
 
-    /// How many bytes [`write`](Self::write) gives, at most [`max_size`](Self::max_size).
+    /// Number of bytes that [`write`](Self::write) writes, at most [`max_size`](Self::max_size).
     pub fn size(&self) -> usize {
         size::<M>(self.patterns.elements().len())
     }
 
-    /// How many bytes a full pattern vector takes.
+    /// Number of bytes with a full pattern vector.
     pub const fn max_size() -> usize {
         size::<M>(CAPACITY)
     }
@@ -99,7 +99,7 @@ impl<M: Memory> Knowledge<M> {
     /// Writes the knowledge, piece by piece, to `sink`, which may fail.
     ///
     /// # Errors
-    /// Whatever `sink` gives, at once.
+    /// The first error of `sink`.
     pub fn write<R: LearningRule<Memory = M>, E>(
         &self,
         parameters: &Parameters,
@@ -140,13 +140,13 @@ impl<M: Memory> Knowledge<M> {
         out.finish()
     }
 
-    /// Reads what [`write`](Self::write) wrote into `self`, and gives the parameters it was
-    /// learned with. On an error `self` has nothing learned.
+    /// Reads what [`write`](Self::write) wrote into `self`, and returns the parameters it was
+    /// learned with. On an error `self` is left [`EMPTY`](Knowledge::EMPTY).
     ///
     /// Reads in place, so that no second pattern vector is needed on the board.
     ///
     /// # Errors
-    /// [`KnowledgeError`] says what is wrong; the checksum is verified before anything is taken.
+    /// See [`KnowledgeError`]; the checksum is verified first.
     pub fn read<R: LearningRule<Memory = M>>(
         &mut self,
         bytes: &[u8],
@@ -160,8 +160,8 @@ impl<M: Memory> Knowledge<M> {
         parameters.ok_or(KnowledgeError::Impossible)
     }
 
-    /// Checks what can be checked without taking anything: header and checksum. Gives the
-    /// parameters that the knowledge was learned with.
+    /// Checks header and checksum only, and returns the parameters that the knowledge was learned
+    /// with.
     ///
     /// # Errors
     /// As [`read`](Self::read), which may still find an impossible value.
@@ -181,7 +181,7 @@ impl<M: Memory> Knowledge<M> {
     fn read_body(&mut self, rest: &mut &[u8]) -> Option<Parameters> {
         let parameters = read_parameters(rest)?;
         let limit = parameters.learning.amplitude_limit * f64::from(Activation::ONE);
-        // `as` saturates: whatever the file says, nothing beyond the lattice's range gets in.
+        // `as` saturates: no file can bring in more than the lattice's range.
         let limit = Activation((limit as i32).clamp(0, Activation::LIMIT.0));
         self.steps = u32::from_le_bytes(take(rest)?);
         self.sensing.width = u32::from_le_bytes(take(rest)?);
@@ -224,14 +224,14 @@ fn read_parameters(rest: &mut &[u8]) -> Option<Parameters> {
     Some(Parameters::from_array(&values))
 }
 
-/// Takes the next `N` bytes.
+/// Splits off the next `N` bytes.
 fn take<const N: usize>(rest: &mut &[u8]) -> Option<[u8; N]> {
     let (head, tail) = rest.split_first_chunk()?;
     *rest = tail;
     Some(*head)
 }
 
-/// What is between header and checksum, if both are right.
+/// Returns what is between header and checksum, if both are valid.
 fn verified<R: LearningRule>(bytes: &[u8]) -> Result<&[u8], KnowledgeError> {
     if !bytes.starts_with(&MAGIC) {
         return Err(KnowledgeError::Magic);
@@ -264,7 +264,7 @@ fn verified<R: LearningRule>(bytes: &[u8]) -> Result<&[u8], KnowledgeError> {
     Ok(&content[HEADER_SIZE..])
 }
 
-/// Passes bytes on to a sink and sums them up on the way.
+/// Forwards bytes to a sink and adds them to the checksum.
 struct Summed<'c, S> {
     digest: Digest<'c, u32, crc::Table<1>>,
     sink: S,
@@ -340,7 +340,7 @@ impl core::error::Error for KnowledgeError {}
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::action::motor_map::{MotorWeights, PaperRule};
+    use crate::learning::paper_rule::{MotorWeights, PaperRule};
     use crate::parameters::Coefficients;
     use crate::random::Generator;
     use crate::sensing::neuron::StepIndex;

@@ -1,10 +1,10 @@
-//! What a panic or hard fault leaves behind: a text that survives the reset in memory that is not
-//! cleared, and is believed only if its checksum is right.
+//! The last words of a panic or hard fault: a text that survives the reset in uncleared memory,
+//! guarded by a checksum.
 //!
 //! Composed without `core::fmt`, whose machinery would be the largest part of the handler.
 
-use crate::wire::CRC32;
-use crate::wire::message::{ResetReason, TEXT_BYTES};
+use crate::checksum::CRC32;
+use crate::contract::{ResetReason, TEXT_BYTES};
 
 /// A text, cut off at [`TEXT_BYTES`].
 #[derive(Clone, Copy, Debug)]
@@ -98,7 +98,7 @@ pub struct LastWords {
     checksum: u32,
 }
 
-/// What the program ended by.
+/// Why the program ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// A panic.
@@ -117,7 +117,7 @@ impl From<Cause> for ResetReason {
 }
 
 impl LastWords {
-    /// Nothing was said.
+    /// No text.
     pub const NONE: Self = Self {
         cause: 0,
         length: 0,
@@ -125,7 +125,7 @@ impl LastWords {
         checksum: 0,
     };
 
-    /// Words to leave behind.
+    /// The words for this cause and text.
     pub fn new(cause: Cause, text: &Text) -> Self {
         let cause = match cause {
             Cause::Panic => 1,
@@ -142,7 +142,7 @@ impl LastWords {
         words
     }
 
-    /// What was said, unless this is what happened to be in memory.
+    /// Returns cause and text if the checksum is valid, `None` for arbitrary memory.
     pub fn read(&self) -> Option<(Cause, Text)> {
         let cause = match self.cause {
             1 => Cause::Panic,

@@ -1,4 +1,4 @@
-//! Trigonometry in `f32` that gives the same bits on the board and on the host.
+//! Trigonometry in `f32` with the same bits on the board and on the host.
 //!
 //! The functions are micromath's, always called by their full path: `x.sin()` would mean std's
 //! `sin` in any build that links std, and another one on the board. micromath uses nothing but
@@ -6,9 +6,9 @@
 //!
 //! Measured over a whole turn in steps of 0.01 degrees (the tests below hold the bounds): sine
 //! and cosine are within 0.0011 of the exact value, the arc tangent within 0.0029 rad (0.17
-//! degrees); for small angles it is short by 6 % of the angle. That is far below what a magnetic
-//! compass can tell in a room (3 to 4 degrees) and too coarse for anything that is to be learned
-//! from: nothing but the compass's mean calls this module.
+//! degrees); for small angles it is short by 6 % of the angle. That is far below the error of a
+//! magnetic compass in a room (3 to 4 degrees) and too coarse for learning: only the compass's mean
+//! uses this module.
 
 use micromath::F32Ext;
 
@@ -24,7 +24,7 @@ pub fn cos(radians: f32) -> f32 {
 
 /// The angle of the vector (x, y) in radians, in [-pi, pi], within 0.0029; 0 for the zero vector.
 pub fn atan2(y: f32, x: f32) -> f32 {
-    // micromath gives NaN there.
+    // micromath returns NaN there.
     if x == 0.0 && y == 0.0 {
         return 0.0;
     }

@@ -1,5 +1,5 @@
-//! The one source of chance: a seeded generator that is handed in, so that a log and the seed it
-//! started from replay to the same bits.
+//! The only source of randomness: a seeded generator that is passed in, so that a log replays from
+//! its seed to the same bits.
 
 use rand_core::Rng as _;
 use rand_pcg::Pcg32;
@@ -7,8 +7,8 @@ use rand_pcg::Pcg32;
 /// Fraction bits of [`Generator::normal`].
 pub const NORMAL_FRACTION_BITS: u32 = 20;
 
-/// A seed made of noise, each byte of which may hold little chance: FNV-1a over all of it, and
-/// then splitmix64's finisher, so that seeds of similar noise differ in half their bits.
+/// Condenses noise with little entropy per byte into a seed: FNV-1a over all of it, then
+/// splitmix64's finisher, so that seeds of similar noise differ in half their bits.
 pub fn condensed(noise: impl IntoIterator<Item = u8>) -> u64 {
     let fnv = noise
         .into_iter()
@@ -20,7 +20,7 @@ pub fn condensed(noise: impl IntoIterator<Item = u8>) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
-/// A PCG32 generator with the three distributions that the architecture draws from.
+/// A PCG32 generator with the distributions used here.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Generator(Pcg32);
 
@@ -62,7 +62,7 @@ impl Generator {
         sum as i32 + 6 - (6 << NORMAL_FRACTION_BITS)
     }
 
-    /// The next 32 bits.
+    /// Returns the next 32 bits.
     pub fn bits(&mut self) -> u32 {
         self.0.next_u32()
     }

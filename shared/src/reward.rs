@@ -1,4 +1,4 @@
-//! The reward function (4) and the tasks it can set: what is to be done, never how.
+//! The reward function (4) and the tasks: what is to be done, never how.
 //!
 //! RF = - sum_i k_i exp(-gamma_i (D_i + 1)) - h |phi_T|, i = F, L, R, with the distances D_i scaled
 //! to [-1, 1] and the angle phi_T to the target in radians. RF is 0 at best. (The paper's
@@ -6,15 +6,49 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::{ParameterError, RewardParameters, check_all};
-use crate::perception::series::exp;
+use crate::range_check::{ParameterError, check_all};
 use crate::sensing::{Percept, Sample, Scaled, Stimulus};
+use crate::series::exp;
 use crate::units::Microdegrees;
 
-/// What the robot is asked to do, as far as its senses are concerned: which way it should go.
+/// Weights of the reward function, eq. (4).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RewardParameters {
+    /// k_F
+    pub front_gain: f64,
+    /// k_L = k_R
+    pub side_gain: f64,
+    /// h, per radian. (In degrees learning fails; see ARCHITECTURE.md, "Where the paper is
+    /// silent".)
+    pub target_gain: f64,
+    /// gamma_F
+    pub front_decay: f64,
+    /// gamma_L = gamma_R
+    pub side_decay: f64,
+}
+
+impl RewardParameters {
+    /// III-A.
+    pub const PAPER: Self = Self {
+        front_gain: 700.0,
+        side_gain: 400.0,
+        target_gain: 20.0,
+        front_decay: 2.0,
+        side_decay: 3.0,
+    };
+}
+
+impl Default for RewardParameters {
+    fn default() -> Self {
+        Self::PAPER
+    }
+}
+
+/// A task: the direction in which the robot should go.
 pub trait Task {
-    /// The angle phi_T from where the robot points to where it should go, positive on the left;
-    /// `None` if the sample does not tell.
+    /// Returns the angle phi_T from the robot's heading to the direction in which it should go,
+    /// positive on the left; `None` if the sample does not determine it.
     fn target_angle(&self, sample: &Sample) -> Option<Microdegrees>;
 }
 
@@ -58,7 +92,7 @@ impl Reward {
         self.total() - before.total()
     }
 
-    /// The stimulus whose component fell most since `before` (II-D); the first of equals.
+    /// Returns the stimulus whose component fell most since `before` (II-D); the first of equals.
     pub fn most_decreased(&self, before: &Self) -> Stimulus {
         let mut most = (Stimulus::Front, i32::MAX);
         for (i, stimulus) in Stimulus::ALL.into_iter().enumerate() {
@@ -92,7 +126,7 @@ impl RewardTables {
     /// Bound of -RF, so that RF and DRF fit 32 bits of millionths.
     pub const LARGEST: f64 = 2_000.0;
 
-    /// Works the tables out.
+    /// Checks the parameters and calculates the tables.
     ///
     /// # Errors
     /// A weight or decay outside its range, or weights whose sum could exceed
@@ -107,7 +141,9 @@ impl RewardTables {
         }
         let largest = p.front_gain + 2.0 * p.side_gain + p.target_gain * core::f64::consts::PI;
         if largest > Self::LARGEST {
-            return Err(ParameterError::RewardTooLarge);
+            return Err(ParameterError::RewardTooLarge {
+                most: Self::LARGEST,
+            });
         }
         let per_microdegree = p.target_gain * core::f64::consts::PI / 180.0;
         Ok(Self {
@@ -117,7 +153,7 @@ impl RewardTables {
         })
     }
 
-    /// RF's components for a percept and the target angle it was made of.
+    /// Returns RF's components for a percept and its target angle.
     pub fn reward(&self, percept: &Percept, target_angle: Microdegrees) -> Reward {
         let [front, left, right, _] = percept.0;
         let angle = i64::from(target_angle.0.unsigned_abs());

@@ -1,4 +1,4 @@
-//! Points in time and spans of time, handed in by whoever owns a clock.
+//! Points in time and spans of time; the caller owns the clock.
 
 use serde::{Deserialize, Serialize};
 

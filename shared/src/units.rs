@@ -18,6 +18,11 @@ impl Micrometres {
     pub const fn from_cm(cm: u32) -> Self {
         Self(cm * Self::PER_CM)
     }
+
+    /// The distance nearest to `cm` >= 0.
+    pub(crate) const fn nearest_to_cm(cm: f64) -> Self {
+        Self((cm * Self::PER_CM as f64 + 0.5) as u32)
+    }
 }
 
 /// An angle in microdegrees, counter-clockwise positive.
@@ -42,6 +47,11 @@ impl Microdegrees {
         Self(degrees * Self::PER_DEGREE)
     }
 
+    /// The angle nearest to `degrees` >= 0.
+    pub(crate) const fn nearest_to_degrees(degrees: f64) -> Self {
+        Self((degrees * Self::PER_DEGREE as f64 + 0.5) as i32)
+    }
+
     /// The direction that `microdegrees`, any number of turns, stands for: in (-180, 180] degrees.
     pub const fn wrapped(microdegrees: i64) -> Self {
         let turn = 2 * Self::HALF_TURN.0 as i64;
@@ -62,6 +72,11 @@ impl Microdegrees {
     pub const fn turned(self, by: Self) -> Self {
         Self::wrapped(self.0 as i64 + by.0 as i64)
     }
+}
+
+/// A number in [0, 1) as a fraction of 2^32.
+pub(crate) const fn fraction(x: f64) -> u32 {
+    (x * 4_294_967_296.0 + 0.5) as u32
 }
 
 #[cfg(test)]

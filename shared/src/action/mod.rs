@@ -1,6 +1,7 @@
-//! The action selection network (II-C): patterns met so far, and what each has been bound to.
+//! The action selection network (II-C): the patterns that have occurred, and what each is bound to.
+//!
+//! How a pattern's action is learned, the motor map, is up to the [learning rule](crate::learning).
 
-pub mod motor_map;
 pub mod pattern_vector;
 
 use serde::{Deserialize, Serialize};

@@ -1,5 +1,5 @@
 //! The pattern vector (II-B, II-C): up to 2000 patterns, each with the step of its last occurrence
-//! and what its action has learned; full, it gives up the one not met for longest.
+//! and the memory of its action. When full, the least recently met one is replaced.
 
 use heapless::Vec;
 
@@ -50,12 +50,12 @@ impl<M, const N: usize> PatternVector<M, N> {
         &self.elements
     }
 
-    /// The element of a pattern, if it is remembered.
+    /// Returns the element of a pattern, if it is remembered.
     pub fn get(&self, code: PatternCode) -> Option<&Element<M>> {
         self.elements.iter().find(|element| element.code == code)
     }
 
-    /// What the rule remembers of a pattern, to be changed.
+    /// Returns the rule's memory of a pattern, if it is remembered.
     pub fn memory_mut(&mut self, code: PatternCode) -> Option<&mut M> {
         let found = self
             .elements
@@ -64,7 +64,7 @@ impl<M, const N: usize> PatternVector<M, N> {
         found.map(|element| &mut element.memory)
     }
 
-    /// Notes that a remembered pattern occurs at `step`; false if it is not remembered.
+    /// Records that a pattern occurs at `step`; false if it is not remembered.
     pub fn occur(&mut self, code: PatternCode, step: u32) -> bool {
         match self
             .elements
@@ -81,7 +81,7 @@ impl<M, const N: usize> PatternVector<M, N> {
     }
 
     /// Stores a pattern not yet remembered, at its first occurrence. If the vector is full, the
-    /// element with the lowest last occurrence makes room and is given back.
+    /// element with the lowest last occurrence is replaced and returned.
     pub fn store(&mut self, code: PatternCode, step: u32, memory: M) -> Option<Element<M>> {
         debug_assert!(self.get(code).is_none(), "a pattern is stored once");
         let element = Element {
@@ -101,7 +101,7 @@ impl<M, const N: usize> PatternVector<M, N> {
         oldest.map(|oldest| core::mem::replace(oldest, element))
     }
 
-    /// Forgets everything.
+    /// Removes all elements.
     pub(crate) fn clear(&mut self) {
         self.elements.clear();
     }

@@ -1,9 +1,9 @@
 //! One move: turn on the spot under the compass's feedback, then advance (IV-A: the action's
 //! phase and module).
 //!
-//! A state machine without a clock or a motor: [`Motion::start`] says what to do,
-//! [`Motion::step`] is called at every control period with what is sensed, and gives the wheels'
-//! command and, at its end, how the move went.
+//! A state machine without a clock or a motor: [`Motion::start`] begins a move, [`Motion::step`] is
+//! called at every control period with what is sensed and returns the wheels' command and, at the
+//! end, how the move went.
 //!
 //! ```text
 //!          start            within tolerance, settled          way done
@@ -25,25 +25,25 @@ mod wheels;
 pub use parameters::{ParameterError, Parameters};
 pub use wheels::WheelCommand;
 
+use crate::contract::Outcome;
 use crate::sensing::ir::Ranges;
 use crate::time::{Duration, Instant};
 use crate::units::{Microdegrees, Micrometres};
-use crate::wire::message::Outcome;
 use progress::Progress;
 
 /// Longest advance of one move.
 pub const LONGEST_ADVANCE: Micrometres = Micrometres::from_cm(100);
 
-/// What is sensed at a control period.
+/// The senses that a move depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Senses {
-    /// Where the rover points; `None` if the compass cannot be believed.
+    /// The rover's heading; `None` if the compass is not good.
     pub heading: Option<Microdegrees>,
-    /// Free distances to stop by: unclipped, 0 for a sensor that cannot be believed.
+    /// Free distances to stop by: unclipped, 0 for a sensor that is not good.
     pub clearance: Ranges,
 }
 
-/// What a step found out.
+/// An event of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotionEvent {
     /// The turn is done, the advance begins.
@@ -141,12 +141,12 @@ impl Motion {
         &self.parameters
     }
 
-    /// Replaces the calibrated speed: `speed` a second at `duty`, nothing up to `dead_band`, both of
-    /// these per mille of full duty.
+    /// Replaces the calibrated speed: `speed` a second at `duty`, nothing up to `dead_band`, both
+    /// of these per mille of full duty.
     ///
     /// # Errors
-    /// Numbers that do not fit together: a dead band that is not below the duty, a duty above 1000, a
-    /// speed below 1 cm/s or above 1 m/s; then nothing is changed.
+    /// Numbers that do not fit together: a dead band that is not below the duty, a duty above 1000,
+    /// a speed below 1 cm/s or above 1 m/s; then nothing is changed.
     pub fn calibrate_speed(
         &mut self,
         duty: u16,
@@ -173,7 +173,7 @@ impl Motion {
     /// heading found then, and an advance.
     ///
     /// # Errors
-    /// See [`StartError`]; the move under way goes on.
+    /// See [`StartError`]; the move under way continues.
     pub fn start(&mut self, turn: Microdegrees, advance: Micrometres) -> Result<(), StartError> {
         if self.under_way() {
             return Err(StartError::UnderWay);
@@ -188,12 +188,12 @@ impl Motion {
         Ok(())
     }
 
-    /// Ends the move under way, if any; the wheels' command is to be STOP from now on.
+    /// Ends the move under way, if any; the caller must command STOP from now on.
     pub fn stop(&mut self) -> Option<Move> {
         self.under_way().then(|| self.end(Outcome::Stopped, None))
     }
 
-    /// One control period; to be called every 10 to 50 ms, moving or not.
+    /// Advances by one control period; to be called every 10 to 50 ms, moving or not.
     pub fn step(&mut self, now: Instant, senses: Senses) -> (WheelCommand, Option<MotionEvent>) {
         let (command, event) = match self.advance_state(now, senses) {
             Ok(step) => step,

@@ -4,7 +4,7 @@
 use crate::time::Duration;
 use crate::units::{Microdegrees, Micrometres};
 
-/// How a rover turns, advances and gives up. Duties in per mille of full.
+/// Duties, limits and times of moves. Duties are per mille of full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameters {
     /// Duty of each side in a turn, at a vanishing heading error: what just overcomes the
@@ -20,7 +20,7 @@ pub struct Parameters {
     /// How long the heading must stay within the tolerance, wheels stopped, before it counts:
     /// coasting and the compass's delay are over by then.
     pub settle: Duration,
-    /// A turn that takes longer is given up: half a circle takes 2 to 3 s.
+    /// Time limit of a turn: half a circle takes 2 to 3 s.
     pub turn_timeout: Duration,
     /// Duty of a straight advance.
     pub cruise: u16,
@@ -45,7 +45,7 @@ pub struct Parameters {
     pub progress_angle: Microdegrees,
     /// Change of a range that is progress: twice the sensors' noise at [`in_view`](Self::in_view).
     pub progress_distance: Micrometres,
-    /// Ranges beyond this say nothing about progress.
+    /// Ranges beyond this are no evidence of progress.
     pub in_view: Micrometres,
     /// A step that comes later than this after the one before stops the move.
     pub late: Duration,
@@ -137,7 +137,7 @@ pub enum ParameterError {
     Speed,
     /// Ramp outside 100 to 10,000 a second, or hold gain above 100 a degree.
     Gain,
-    /// A stop distance below 10 cm, where the sensors fold back and cannot tell.
+    /// A stop distance below 10 cm, where the sensors fold back.
     StopDistance,
     /// Nothing would ever be progress, or everything.
     Progress,

@@ -1,19 +1,18 @@
-//! Do driven wheels move the rover?
+//! Progress detection: whether the driven wheels move the rover.
 
-use super::Parameters;
+use super::parameters::Parameters;
 use crate::sensing::ir::Ranges;
 use crate::time::Duration;
 use crate::units::{Microdegrees, Micrometres};
 
-/// Adds up the time for which the wheels were driven and nothing changed.
+/// Accumulates the time for which the wheels were driven without a change.
 ///
-/// **A turn** must change the heading. Each is judged for itself: turns of a few degrees to and
-/// fro keep the heading within what counts as no change, and each of them was made.
+/// **A turn** must change the heading. Each turn is judged separately: small turns to and fro keep
+/// the heading within what counts as no change, although each was made.
 ///
-/// **An advance** must change a range, if there is anything ahead to tell by: with nothing in view
-/// ahead, an advance proves nothing and its time does not count. (A rover that spins its wheels in
-/// the open is thus found out at its next turn only.) The time is added up over as many advances
-/// as it takes, for one of 7 cm is shorter than the limit.
+/// **An advance** must change a range if something is in view ahead; otherwise its time does not
+/// count. (A rover that spins its wheels in the open is detected at its next turn only.) The time
+/// accumulates over consecutive advances, since one of 7 cm is shorter than the limit.
 #[derive(Clone, Debug, Default)]
 pub struct Progress {
     turning: Stretch,
@@ -21,26 +20,26 @@ pub struct Progress {
     proven: bool,
 }
 
-/// Driven time since something last changed.
+/// Driven time since the last change.
 #[derive(Clone, Debug, Default)]
 struct Stretch {
     reference: Option<(Microdegrees, [Micrometres; 3])>,
     driven: Duration,
 }
 
-/// What a look at heading and ranges tells.
+/// Result of one evaluation of heading and ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Look {
-    /// Something changed since the reference was taken, which is taken anew.
+enum Change {
+    /// They changed since the reference, which is replaced.
     Moved,
-    /// Nothing to tell yet.
+    /// No change, and the limit is not reached.
     Open,
-    /// The limit of driven time without progress is reached.
+    /// The limit of driven time without change is reached.
     Stalled,
 }
 
 impl Progress {
-    /// Nothing driven yet.
+    /// No driven time.
     pub const fn new() -> Self {
         Self {
             turning: Stretch::NEW,
@@ -49,25 +48,25 @@ impl Progress {
         }
     }
 
-    /// A move begins. What changed since the last one, somebody else may have changed.
+    /// Begins a move. Changes between moves are ignored: the rover may have been carried.
     pub fn begin_move(&mut self) {
         self.proven = false;
         self.advancing.reference = None;
     }
 
-    /// Whether the move's driven wheels are known to have moved the rover: something changed.
+    /// Whether this move is known to have moved the rover: heading or ranges changed.
     pub const fn proven(&self) -> bool {
         self.proven
     }
 
-    /// A turn begins.
+    /// Begins a turn.
     pub fn begin_turn(&mut self) {
         self.turning = Stretch::NEW;
     }
 
-    /// Takes what is sensed after the wheels were driven for `driven`; `advancing`: forwards
-    /// rather than in place. True when the limit of driven time without progress is reached,
-    /// and then begins anew.
+    /// Evaluates what is sensed after the wheels were driven for `driven`; `advancing`: forwards
+    /// rather than in place. Returns true when the limit of driven time without progress is
+    /// reached, and restarts the count.
     pub fn stalled(
         &mut self,
         p: &Parameters,
@@ -84,9 +83,9 @@ impl Progress {
         };
         let turn = self.turning.take(p, in_turn, heading, ranges);
         let advance = self.advancing.take(p, in_advance, heading, ranges);
-        let looks = [turn, advance];
-        self.proven |= looks.contains(&Look::Moved);
-        looks.contains(&Look::Stalled)
+        let changes = [turn, advance];
+        self.proven |= changes.contains(&Change::Moved);
+        changes.contains(&Change::Stalled)
     }
 }
 
@@ -102,7 +101,7 @@ impl Stretch {
         driven: Duration,
         heading: Microdegrees,
         ranges: [Micrometres; 3],
-    ) -> Look {
+    ) -> Change {
         let (from, before) = *self.reference.get_or_insert((heading, ranges));
         let moved = heading.turn_from(from).0.abs() >= p.progress_angle.0
             || ranges
@@ -112,13 +111,13 @@ impl Stretch {
         if moved {
             self.reference = Some((heading, ranges));
             self.driven = Duration::ZERO;
-            return Look::Moved;
+            return Change::Moved;
         }
         self.driven = self.driven.plus(driven);
         if self.driven < p.no_progress {
-            return Look::Open;
+            return Change::Open;
         }
         self.driven = Duration::ZERO;
-        Look::Stalled
+        Change::Stalled
     }
 }

@@ -1,4 +1,4 @@
-//! What the motors are told.
+//! The command to the motors.
 
 use serde::{Deserialize, Serialize};
 

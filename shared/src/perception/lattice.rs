@@ -25,15 +25,15 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::fixed_point::{halved, product, rounded, scale};
 use super::pattern::PatternCode;
 use super::tables::{
     CELL_BITS, FEED_SHIFT, FOLLOW_SHIFT, Lattice, MODE_BITS, ModeStep, SUM_BITS, StepTable,
 };
 use super::transform::{Layer, forward, inverse, parities, parity};
-use super::{halved, scale};
 use crate::random::Generator;
 
-/// When to give up: 200 time units, twice the paper's 100. All starts from sensed corners settle
+/// Time limit: 200 time units, twice the paper's 100. All starts from sensed corners settle
 /// by 90; one in some thousands from all-zero corners takes longer than 100.
 pub const MAX_TIME: SettleTime = SettleTime(200 * SettleTime::PER_UNIT);
 
@@ -48,7 +48,7 @@ pub struct Corners(pub [i32; 4]);
 impl Corners {
     /// Fraction bits of a corner.
     pub const FRACTION_BITS: u32 = 20;
-    /// The largest magnitude: 40. Staircases without a bound of their own reach 5 to 40; beyond 43 the modes would
+    /// The largest magnitude: 40. Unbounded staircases reach 5 to 40; beyond 43 the modes would
     /// leave their 32 bits.
     pub const MAX: i32 = 40 << Self::FRACTION_BITS;
     /// The cells that the corners set, in their order.
@@ -270,7 +270,7 @@ impl State {
             middle: modes.map(|mode| halved(mode.a, MODE_BITS - CELL_BITS)),
             limit: ONE << gain,
         };
-        // No step came before the first. A trial step tells where the first one has its middle.
+        // There is no step before the first: a trial step finds the first one's middle.
         state.sum_modes();
         state.clamp();
         forward(&mut state.middle);
@@ -296,7 +296,7 @@ impl State {
         }
     }
 
-    /// Turns the middle's cells into outputs, and tells whether all of them are saturated.
+    /// Turns the middle's cells into outputs; true if all of them are saturated.
     #[inline(always)]
     fn clamp(&mut self) -> bool {
         let limit = self.limit;
@@ -313,8 +313,8 @@ impl State {
         saturated
     }
 
-    /// Takes the step whose middle has these modes of outputs, and goes to the middle of the next.
-    /// `bits` are those of the table.
+    /// Executes the step whose middle has these modes of outputs, and extrapolates to the middle of
+    /// the next. `bits` are those of the table.
     #[inline(never)]
     fn advance(&mut self, bits: u32) {
         let shift = bits + SUM_BITS - MODE_BITS;
@@ -334,8 +334,8 @@ impl State {
         }
     }
 
-    /// Goes over to a table whose steps are longer by `factor`: their middle is further away, and
-    /// they have another inhibition.
+    /// Switches to a table whose steps are longer by `factor`: their middle is further away and
+    /// their inhibition differs.
     fn lengthen_steps(&mut self, table: &StepTable, factor: u32) {
         let coefficients = table.modes.iter().zip(&table.inherit);
         let modes = self.modes.iter_mut().zip(&mut self.middle);
@@ -353,14 +353,4 @@ impl State {
         self.middle
             .map(|cell| cell >> (CELL_BITS - Corners::FRACTION_BITS + gain))
     }
-}
-
-/// v k / 2^shift, rounded. Only for set-up: 64-bit products are slow on the board.
-fn product(v: i64, k: i64, shift: u32) -> i64 {
-    rounded(v * k, shift)
-}
-
-/// v / 2^shift, rounded to the nearest, ties away from zero.
-fn rounded(v: i64, shift: u32) -> i64 {
-    (v + (1 << (shift - 1)) + (v >> 63)) >> shift
 }

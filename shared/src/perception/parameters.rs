@@ -1,10 +1,8 @@
-//! The parameters of the lattice (eq. 1) and what makes them admissible (eq. 2).
+//! The parameters of the lattice (eq. 1), and why a set of them is refused (eq. 2).
 
 use core::fmt;
 
 use serde::{Deserialize, Serialize};
-
-use super::tables::{Lattice, REFERENCE_STEP, fastest_decay};
 
 /// The five parameters of eq. 1. Dimensionless, like the lattice's states and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,64 +35,6 @@ impl LatticeParameters {
         d1: 0.05,
         d2: 15.0,
     };
-
-    /// Checks that the lattice forms Turing patterns (eq. 2) and that the fixed-point engine can
-    /// follow it.
-    ///
-    /// # Errors
-    ///
-    /// The first condition that fails, in the order of [`LatticeError`]'s variants.
-    pub const fn validate(&self) -> Result<(), LatticeError> {
-        match Lattice::new(self) {
-            Ok(_) => Ok(()),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// Everything but whether the coefficients fit their tables, which only the tables know.
-    pub(super) const fn check(&self) -> Result<(), LatticeError> {
-        let Self {
-            mu,
-            epsilon,
-            s,
-            d1,
-            d2,
-        } = *self;
-        if !(mu.is_finite()
-            && epsilon.is_finite()
-            && s.is_finite()
-            && d1.is_finite()
-            && d2.is_finite())
-        {
-            return Err(LatticeError::NotFinite);
-        }
-        if epsilon <= 0.0 || s <= 0.0 || d1 <= 0.0 || d2 <= 0.0 {
-            return Err(LatticeError::NotPositive);
-        }
-        if mu >= 0.0 {
-            return Err(LatticeError::UniformStateGrows);
-        }
-        if mu * mu + s * s <= epsilon * epsilon {
-            return Err(LatticeError::UniformStateUnstable);
-        }
-        // Written with products, the third condition also refuses d <= 1, where the quotient of
-        // the paper changes its sign and would let pass what cannot form patterns.
-        let d = d2 / d1;
-        if epsilon * (d - 1.0) <= -mu * (d + 1.0) {
-            return Err(LatticeError::NoActivatorRange);
-        }
-        let activation = d * (mu + epsilon) + (mu - epsilon);
-        if activation * activation / (4.0 * d) <= mu * mu - epsilon * epsilon + s * s {
-            return Err(LatticeError::NoUnstableBand);
-        }
-        if s > epsilon - mu {
-            return Err(LatticeError::LayerTwoSaturates);
-        }
-        if REFERENCE_STEP * fastest_decay(self) >= 1.0 {
-            return Err(LatticeError::TooStiff);
-        }
-        Ok(())
-    }
 }
 
 /// Why a set of parameters cannot be used.

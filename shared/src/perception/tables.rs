@@ -35,11 +35,9 @@
 //! [`transform`]: super::transform
 
 use super::parameters::{LatticeError, LatticeParameters};
-use super::series::{exp, ln, sqrt};
+use super::spectrum::{REFERENCE_STEP, Rates, check, end, rates, squared_length};
 use super::transform::mode_indices;
-
-/// The integration constant of the paper (II-B).
-pub(super) const REFERENCE_STEP: f64 = 0.001;
+use crate::series::{exp, ln};
 
 /// Fraction bits of cells and outputs: room for +-128.
 pub(super) const CELL_BITS: u32 = 24;
@@ -136,11 +134,20 @@ const SCHEDULE: [(u32, u32); 4] = [(2, 64), (4, 3 * 64), (8, 12 * 64), (16, u32:
 /// Made at compile time, so that no floating point is calculated on the board:
 ///
 /// ```
-/// use rover_shared::perception::{Lattice, LatticeParameters};
+/// use rover_shared::perception::{Corners, Lattice, LatticeParameters, Noise};
 /// static LATTICE: Lattice = match Lattice::new(&LatticeParameters::PAPER) {
 ///     Ok(lattice) => lattice,
 ///     Err(_) => panic!("the paper's parameters are admissible"),
 /// };
+///
+/// // From four corners, here without noise, to a pattern; and from mirrored corners to its mirror.
+/// let one = 1 << Corners::FRACTION_BITS;
+/// let code = |corners| LATTICE.settle(&Corners(corners), &Noise::default()).map(|s| s.code);
+/// let pattern = code([one, -one, one / 2, 2 * one])?;
+/// let mirrored = code([-one, one, 2 * one, one / 2])?;
+/// assert_eq!(pattern.picture().to_string(), "##..\n#...\n#..#\n####");
+/// assert_eq!(mirrored.picture().to_string(), "..##\n...#\n#..#\n####");
+/// # Ok::<(), rover_shared::perception::DidNotSettle>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Lattice {
@@ -149,13 +156,13 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// Makes the tables for any parameters that form Turing patterns.
+    /// Calculates the tables for any parameters that form Turing patterns.
     ///
     /// # Errors
     ///
     /// See [`LatticeError`]: a condition of eq. 2 fails, or the engine could not follow.
     pub const fn new(parameters: &LatticeParameters) -> Result<Self, LatticeError> {
-        if let Err(error) = parameters.check() {
+        if let Err(error) = check(parameters) {
             return Err(error);
         }
         let mut steps = [StepTable::ZERO; SCHEDULE.len()];
@@ -193,69 +200,23 @@ impl Lattice {
     }
 }
 
-/// The rates of one mode in continuous time.
-#[derive(Clone, Copy)]
-struct Rates {
-    /// Decay of layer 1, p.
-    p: f64,
-    /// Decay of layer 2, r.
-    r: f64,
-    /// The larger eigenvalue of the unsaturated mode, if the two are real.
-    growth: Option<f64>,
+impl LatticeParameters {
+    /// Checks that the lattice forms Turing patterns (eq. 2) and that the fixed-point engine can
+    /// follow it.
+    ///
+    /// # Errors
+    ///
+    /// The first condition that fails, in the order of [`LatticeError`]'s variants.
+    pub const fn validate(&self) -> Result<(), LatticeError> {
+        match Lattice::new(self) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
 }
 
 /// One in the format of the tables that only the set-up uses.
 const Q30: f64 = (1u64 << 30) as f64;
-
-/// tan(pi / 8).
-const TANGENT: f64 = 0.414_213_562_373_095_05;
-
-/// The eigenvalue of a one-dimensional cosine, 2 - 2 cos(pi i / 4).
-const fn eigenvalue(i: usize) -> f64 {
-    const ROOT_2: f64 = TANGENT + 1.0;
-    match i {
-        0 => 0.0,
-        1 => 2.0 - ROOT_2,
-        2 => 2.0,
-        _ => 2.0 + ROOT_2,
-    }
-}
-
-/// The value of a one-dimensional cosine at its first cell.
-const fn end(i: usize) -> f64 {
-    if i == 3 { TANGENT } else { 1.0 }
-}
-
-/// The squared length of the eigenvector stored at `place`, as `transform` scales it.
-const fn squared_length(place: usize) -> f64 {
-    const ODD: f64 = 2.0 * (1.0 + TANGENT * TANGENT);
-    let (i, j) = mode_indices(place);
-    (if i % 2 == 0 { 4.0 } else { ODD }) * (if j % 2 == 0 { 4.0 } else { ODD })
-}
-
-const fn rates(parameters: &LatticeParameters, place: usize) -> Rates {
-    let LatticeParameters { mu, epsilon, s, .. } = *parameters;
-    let (i, j) = mode_indices(place);
-    let lambda = eigenvalue(i) + eigenvalue(j);
-    let p = 1.0 + parameters.d1 * lambda;
-    let r = epsilon - mu + parameters.d2 * lambda;
-    let excitation = 1.0 + mu + epsilon - p;
-    let discriminant = (excitation + r) * (excitation + r) - 4.0 * s * s;
-    let growth = if discriminant >= 0.0 {
-        Some(0.5 * (excitation - r + sqrt(discriminant)))
-    } else {
-        None
-    };
-    Rates { p, r, growth }
-}
-
-/// The fastest rate at which any mode decays: one of (3, 3), whose eigenvalue is the largest.
-pub(super) const fn fastest_decay(parameters: &LatticeParameters) -> f64 {
-    let lambda = 2.0 * eigenvalue(3);
-    let p = 1.0 + parameters.d1 * lambda;
-    let r = parameters.epsilon - parameters.mu + parameters.d2 * lambda;
-    if p > r { p } else { r }
-}
 
 /// The rate in continuous time that equals `rate` in the reference's Euler steps.
 const fn as_in_reference(rate: f64) -> f64 {
@@ -291,7 +252,7 @@ const fn step_table(parameters: &LatticeParameters, length: u32, until: u32) -> 
     None
 }
 
-/// Works out the coefficients of a table, and tells whether all of them fit.
+/// Calculates the coefficients of a table; false if one does not fit.
 const fn fill(parameters: &LatticeParameters, table: &mut StepTable) -> bool {
     let mut place = 0;
     while place < 16 {

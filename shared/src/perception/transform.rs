@@ -21,10 +21,10 @@
 //! once, by a product whose rounding is odd. That makes the transform commute exactly, in fixed
 //! point, with all mirror images and rotations of the lattice and with negation.
 
-use super::scale;
+use super::fixed_point::scale;
 
-/// A layer in place: its cells, row by row from the upper left corner; or its modes, of which
-/// [`mode_indices`] tells the order.
+/// A layer in place: its cells, row by row from the upper left corner; or its modes, in the
+/// order of [`mode_indices`].
 pub(super) type Layer = [i32; 16];
 
 /// The cells that are mirror images of one another.

@@ -1,40 +1,22 @@
-//! What the host asks for.
+//! The host's commands.
 
 use heapless::String;
 
-use super::{Activity, Observation, Rover, Supervision};
+use super::Rover;
+use super::observation::Observation;
+use super::state::{Activity, Conversation};
+use super::supervision::{Supervision, must_be_disarmed, must_not_drive};
+use crate::contract::{Calibration, Mode, Refusal, State, Task};
 use crate::motion::StartError;
 use crate::sensing::ir::AdcCount;
 use crate::supervisor::Input;
 use crate::time::Instant;
 use crate::units::{Microdegrees, Micrometres};
 use crate::wire::SCHEMA_HASH;
-use crate::wire::message::{
-    Calibration, Command, Hello, Mode, NAME_BYTES, Refusal, Report, State, Status, Task,
-};
-
-/// Who a rover is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Identity {
-    /// The board's name, at most [`NAME_BYTES`] long.
-    pub board: &'static str,
-    /// The firmware's version, at most [`NAME_BYTES`] long.
-    pub firmware: &'static str,
-}
-
-/// How far rover and host have come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Conversation {
-    /// No hello was said.
-    Closed,
-    /// Both are made from the same contract.
-    Open,
-    /// They are not.
-    Mismatch,
-}
+use crate::wire::message::{Command, Hello, NAME_BYTES, Report, Status};
 
 impl Rover<'_> {
-    /// Takes a command. Gives what it is acknowledged with, and the report it asked for.
+    /// Executes a command. Returns the result to acknowledge, and the report asked for.
     pub fn handle(
         &mut self,
         now: Instant,
@@ -44,13 +26,13 @@ impl Rover<'_> {
     ) -> (Result<(), Refusal>, Option<Report>) {
         match self.answer(now, command, seen, watch) {
             Ok(report) => (Ok(()), report),
-            // A host of another contract should learn whom it talks to.
+            // A host of another contract should still learn which rover this is.
             Err(Refusal::SchemaMismatch) => (Err(Refusal::SchemaMismatch), Some(self.hello(watch))),
             Err(refusal) => (Err(refusal), None),
         }
     }
 
-    /// Whether a host of the same contract listens: only then do reports make sense.
+    /// Whether a host of the same contract is connected: only then can it decode reports.
     pub fn talks(&self) -> bool {
         self.conversation == Conversation::Open
     }
@@ -60,11 +42,11 @@ impl Rover<'_> {
         self.conversation = Conversation::Closed;
     }
 
-    /// Who the rover is and how it started.
+    /// The rover's identity and how it started.
     pub fn hello(&mut self, watch: &mut impl Supervision) -> Report {
         let name = |text: &str| {
             let mut name = String::<NAME_BYTES>::new();
-            // A name that is too long is cut off; a test in the firmware's README check sees it.
+            // A name that is too long is cut off.
             for character in text.chars() {
                 if name.push(character).is_err() {
                     break;
@@ -91,7 +73,7 @@ impl Rover<'_> {
     ) -> Result<Option<Report>, Refusal> {
         match command {
             Command::Hello { schema } => return self.open(*schema, watch).map(Some),
-            // Stopping needs no introduction.
+            // Stopping needs no hello.
             Command::Disarm => return watch.handle(Input::Disarm).map(|()| None),
             _ => {}
         }
@@ -115,7 +97,7 @@ impl Rover<'_> {
             Command::PushKnowledge(chunk) => self.push(chunk, watch)?,
             Command::StoreKnowledge => self.save_knowledge(watch)?,
             Command::NewKnowledge => {
-                self.must_be_disarmed(watch)?;
+                must_be_disarmed(watch)?;
                 self.must_not_save()?;
                 self.begin();
                 self.announce(watch);
@@ -189,7 +171,7 @@ impl Rover<'_> {
         calibration: &Calibration,
         watch: &mut impl Supervision,
     ) -> Result<(), Refusal> {
-        self.must_be_disarmed(watch)?;
+        must_be_disarmed(watch)?;
         self.calibrations.apply(calibration)?;
         self.adjust_motion();
         self.saving.calibrations = true;
@@ -220,20 +202,5 @@ impl Rover<'_> {
             compass: seen.compass,
             counters: view.counters,
         })
-    }
-
-    pub(super) fn must_be_disarmed(&self, watch: &mut impl Supervision) -> Result<(), Refusal> {
-        match watch.view().state {
-            State::Disarmed | State::Faulted(_) => Ok(()),
-            State::Armed | State::Driving(_) => Err(Refusal::Armed),
-        }
-    }
-}
-
-/// While the controller drives, what it knows and draws from is its own.
-pub(super) fn must_not_drive(watch: &mut impl Supervision) -> Result<(), Refusal> {
-    match watch.view().state {
-        State::Driving(Mode::Learn | Mode::Run) => Err(Refusal::Armed),
-        _ => Ok(()),
     }
 }

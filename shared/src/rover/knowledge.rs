@@ -1,40 +1,21 @@
-//! The knowledge's way into the rover and out of it: to the flash, to the host, and back.
+//! Loading and saving knowledge: flash and host.
 
-use super::command::must_not_drive;
-use super::{Rover, Supervision};
-use crate::action::motor_map::{MotorWeights, PaperRule};
-use crate::knowledge::Knowledge;
+use super::Rover;
+use super::rule::{RoverKnowledge, Rule};
+use super::state::Save;
+use super::supervision::{Supervision, must_be_disarmed, must_not_drive};
+use crate::contract::{Refusal, State};
 use crate::parameters::Parameters;
 use crate::supervisor::Input;
 use crate::time::Instant;
-use crate::wire::message::{Chunk, Event, EventKind, Refusal, Report, State};
-
-/// What is to be written to the flash.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Save {
-    /// [`Rover::knowledge_bytes`].
-    Knowledge,
-    /// [`Rover::calibrations`].
-    Calibrations,
-}
-
-/// What is to be saved, and what is being saved.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Saving {
-    /// The knowledge has changed by learning since it was last saved.
-    pub(super) knowledge: bool,
-    /// The same for the calibrations.
-    pub(super) calibrations: bool,
-    /// Permission to write was given: a write is under way, or to begin.
-    granted: Option<Save>,
-}
+use crate::wire::message::{Chunk, Event, EventKind, Report};
 
 impl Rover<'_> {
-    /// Takes over knowledge that was stored: `fill` puts it into the room it is given, and gives
-    /// its length, or `None`. The supervisor is to be [told](Self::announce).
+    /// Loads stored knowledge: `fill` copies it into the buffer and returns its length, or `None`.
+    /// [`announce`](Self::announce) it to the supervisor afterwards.
     ///
     /// # Errors
-    /// [`Refusal::BadKnowledge`], and the rover has none that could be used.
+    /// [`Refusal::BadKnowledge`]; the rover is left without usable knowledge.
     pub fn load(&mut self, fill: impl FnOnce(&mut [u8]) -> Option<usize>) -> Result<(), Refusal> {
         self.valid = false;
         let length = fill(self.staging.room());
@@ -42,7 +23,7 @@ impl Rover<'_> {
         if let Some(bytes) = bytes
             && usable(bytes, self.coefficients.parameters())
         {
-            let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+            let read = self.controller.knowledge_mut().read::<Rule>(bytes);
             self.valid = read.is_ok();
         }
         if self.valid {
@@ -52,27 +33,27 @@ impl Rover<'_> {
         }
     }
 
-    /// Forgets everything and begins with untrained knowledge. The supervisor is to be
-    /// [told](Self::announce).
+    /// Starts with untrained knowledge. [`announce`](Self::announce) it to the supervisor
+    /// afterwards.
     pub fn begin(&mut self) {
         self.controller
             .knowledge_mut()
             .begin(&self.coefficients.learning);
         self.staging.changed();
         self.valid = true;
-        // Nothing of it is worth a write; the flash keeps what it has until something is learned.
+        // Not worth a write: the flash keeps its content until something is learned.
         self.saving.knowledge = false;
     }
 
-    /// Takes over stored calibrations; false, and nothing changed, if they are none.
+    /// Restores stored calibrations; false, and nothing changed, if the bytes are none.
     pub fn restore_calibrations(&mut self, bytes: &[u8]) -> bool {
         let restored = self.calibrations.restore(bytes);
         self.adjust_motion();
         restored
     }
 
-    /// What is to be written to the flash now, if anything: permission was asked for and given.
-    /// To be answered with [`saved`](Self::saved).
+    /// Returns what is to be written to the flash now, if anything, with the supervisor's
+    /// permission. The caller reports the end of the write with [`saved`](Self::saved).
     pub fn take_save(&mut self, watch: &mut impl Supervision) -> Option<Save> {
         if self.saving.granted.is_none() && watch.view().state == State::Disarmed {
             let wanted = if self.saving.calibrations {
@@ -95,14 +76,14 @@ impl Rover<'_> {
         self.saving.granted
     }
 
-    /// The write is over. `fingerprint`: of what is in the flash now; `None` if it failed.
+    /// Ends a write. `fingerprint`: of the flash's content; `None` if the write failed.
     pub fn saved(
         &mut self,
         now: Instant,
         fingerprint: Option<u32>,
         watch: &mut impl Supervision,
     ) -> Option<Report> {
-        // Only tells; nothing to refuse.
+        // Never refused.
         let written = fingerprint.is_some();
         let _ = watch.handle(Input::FlashDone { written });
         let saved = self.saving.granted.take()?;
@@ -112,7 +93,7 @@ impl Rover<'_> {
         (saved == Save::Knowledge).then_some(Report::Event(Event { time: now, kind }))
     }
 
-    /// The knowledge in use as bytes, from [`take_save`](Self::take_save) to
+    /// Returns the knowledge in use as bytes, between [`take_save`](Self::take_save) and
     /// [`saved`](Self::saved).
     pub fn knowledge_bytes(&self) -> &[u8] {
         self.staging.staged()
@@ -144,7 +125,7 @@ impl Rover<'_> {
         chunk: &Chunk,
         watch: &mut impl Supervision,
     ) -> Result<(), Refusal> {
-        self.must_be_disarmed(watch)?;
+        must_be_disarmed(watch)?;
         self.must_not_save()?;
         let Some(bytes) = self.staging.accept(chunk)? else {
             return Ok(());
@@ -152,7 +133,7 @@ impl Rover<'_> {
         if !usable(bytes, self.coefficients.parameters()) {
             return Err(Refusal::BadKnowledge);
         }
-        let read = self.controller.knowledge_mut().read::<PaperRule>(bytes);
+        let read = self.controller.knowledge_mut().read::<Rule>(bytes);
         self.staging.received();
         self.valid = read.is_ok();
         self.announce(watch);
@@ -169,7 +150,7 @@ impl Rover<'_> {
         Ok(())
     }
 
-    /// What is being written to the flash must stay as it is.
+    /// Refuses while the knowledge is being written to the flash.
     pub(super) fn must_not_save(&self) -> Result<(), Refusal> {
         match self.saving.granted {
             Some(_) => Err(Refusal::FlashBusy),
@@ -177,17 +158,16 @@ impl Rover<'_> {
         }
     }
 
-    /// Tells the supervisor whether there is knowledge that can be used.
+    /// Informs the supervisor whether the knowledge is usable.
     pub fn announce(&self, watch: &mut impl Supervision) {
-        // Only tells; nothing to refuse.
+        // Never refused.
         let _ = watch.handle(Input::Knowledge { valid: self.valid });
     }
 }
 
-/// Whether bytes are knowledge that was learned with this rover's very parameters: staircases and
-/// phases mean nothing in others.
+/// Whether bytes are knowledge learned with exactly this rover's parameters: staircases and phases
+/// are meaningless with others.
 fn usable(bytes: &[u8], ours: &Parameters) -> bool {
     let bits = |parameters: &Parameters| parameters.to_array().map(f64::to_bits);
-    Knowledge::<MotorWeights>::inspect::<PaperRule>(bytes)
-        .is_ok_and(|theirs| bits(&theirs) == bits(ours))
+    RoverKnowledge::inspect::<Rule>(bytes).is_ok_and(|theirs| bits(&theirs) == bits(ours))
 }

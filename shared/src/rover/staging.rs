@@ -1,15 +1,16 @@
-//! The one buffer in which knowledge lies as bytes: to be sent, received or stored.
+//! The one buffer for knowledge as bytes: to send, receive or store it.
 
-use crate::action::motor_map::{MotorWeights, PaperRule};
-use crate::knowledge::Knowledge;
+use super::rule::{RoverKnowledge, Rule};
+use crate::checksum::fingerprint;
+use crate::contract::Refusal;
 use crate::parameters::Parameters;
-use crate::wire::message::{Chunk, Refusal};
-use crate::wire::transfer::{Progress, Transfer, chunk_at, fingerprint};
+use crate::wire::message::Chunk;
+use crate::wire::transfer::{Progress, Transfer, chunk_at};
 
-/// Bytes of the longest knowledge: a full pattern vector.
-pub const MOST_BYTES: usize = Knowledge::<MotorWeights>::max_size();
+/// Most bytes of knowledge: a full pattern vector.
+pub const MOST_BYTES: usize = RoverKnowledge::max_size();
 
-/// The buffer, and what is in it.
+/// The buffer and its content.
 pub struct Staging {
     bytes: [u8; MOST_BYTES],
     content: Content,
@@ -20,23 +21,19 @@ enum Content {
     Nothing,
     /// The knowledge in use, as it is at this moment.
     Current { length: usize, fingerprint: u32 },
-    /// What a host sends.
+    /// A transfer from a host.
     Incoming(Transfer),
 }
 
 impl Staging {
-    /// An empty buffer; all zeros, so that a static of it takes no room in the board's flash.
+    /// An empty buffer: all zeros, so that a static occupies none of the board's flash.
     pub const EMPTY: Self = Self {
         bytes: [0; MOST_BYTES],
         content: Content::Nothing,
     };
 
-    /// The knowledge in use as bytes, and their fingerprint; written anew only after a change.
-    pub fn current(
-        &mut self,
-        knowledge: &Knowledge<MotorWeights>,
-        parameters: &Parameters,
-    ) -> (&[u8], u32) {
+    /// Returns the knowledge in use as bytes, and their fingerprint; rewritten only after a change.
+    pub fn current(&mut self, knowledge: &RoverKnowledge, parameters: &Parameters) -> (&[u8], u32) {
         let (length, fingerprint) = match self.content {
             Content::Current {
                 length,
@@ -47,7 +44,7 @@ impl Staging {
         (self.bytes.get(..length).unwrap_or_default(), fingerprint)
     }
 
-    /// The bytes that [`current`](Self::current) gave last; empty after a change.
+    /// Returns the bytes last returned by [`current`](Self::current); empty after a change.
     pub fn staged(&self) -> &[u8] {
         match self.content {
             Content::Current { length, .. } => self.bytes.get(..length).unwrap_or_default(),
@@ -55,20 +52,20 @@ impl Staging {
         }
     }
 
-    /// The knowledge in use has changed.
+    /// Invalidates the bytes: the knowledge has changed.
     pub fn changed(&mut self) {
         if matches!(self.content, Content::Current { .. }) {
             self.content = Content::Nothing;
         }
     }
 
-    /// The chunk of the current knowledge that starts at `offset`.
+    /// Returns the chunk of the current knowledge that starts at `offset`.
     ///
     /// # Errors
     /// [`Refusal::OutOfRange`].
     pub fn chunk(
         &mut self,
-        knowledge: &Knowledge<MotorWeights>,
+        knowledge: &RoverKnowledge,
         parameters: &Parameters,
         offset: u32,
     ) -> Result<Chunk, Refusal> {
@@ -76,7 +73,7 @@ impl Staging {
         chunk_at(bytes, fingerprint, offset)
     }
 
-    /// Takes a chunk from the host; gives the whole after the last one.
+    /// Stores a chunk from the host; returns the whole after the last one.
     ///
     /// # Errors
     /// As [`Transfer::accept`].
@@ -92,7 +89,7 @@ impl Staging {
             return Ok(None);
         }
         let start = chunk.offset as usize;
-        // A transfer lets no chunk through that ends beyond its capacity.
+        // The transfer has refused chunks that end beyond its capacity.
         let place = self.bytes.get_mut(start..start + chunk.data.len());
         place.ok_or(Refusal::TooLong)?.copy_from_slice(&chunk.data);
         Ok(match progress {
@@ -101,24 +98,20 @@ impl Staging {
         })
     }
 
-    /// The transfer is over.
+    /// Ends the transfer.
     pub fn received(&mut self) {
         self.content = Content::Nothing;
     }
 
-    /// Room for knowledge that is read from the flash.
+    /// Returns the whole buffer, to read stored knowledge into.
     pub fn room(&mut self) -> &mut [u8] {
         self.content = Content::Nothing;
         &mut self.bytes
     }
 
-    fn fill(
-        &mut self,
-        knowledge: &Knowledge<MotorWeights>,
-        parameters: &Parameters,
-    ) -> (usize, u32) {
+    fn fill(&mut self, knowledge: &RoverKnowledge, parameters: &Parameters) -> (usize, u32) {
         let mut length = 0;
-        let written = knowledge.write::<PaperRule, ()>(parameters, |piece| {
+        let written = knowledge.write::<Rule, ()>(parameters, |piece| {
             let end = length + piece.len();
             self.bytes
                 .get_mut(length..end)

@@ -5,14 +5,18 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::motion::Parameters as Chassis;
+use crate::checksum::fingerprint;
+use crate::contract::*;
+use crate::controller::StepRecord;
+use crate::knowledge::Knowledge;
+use crate::motion::{Parameters as Chassis, WheelCommand};
 use crate::parameters::Parameters;
 use crate::reward::FollowDirection;
+use crate::sensing::ir::{AdcCount, IrReading};
+use crate::supervisor::{Input, Supervisor};
 use crate::units::Micrometres;
 use crate::wire::SCHEMA_HASH;
-use crate::wire::message::ActionRecord;
-use crate::wire::message::{Calibration, Chunk, Command};
-use crate::wire::transfer::fingerprint;
+use crate::wire::message::{ActionRecord, Chunk, Command, Event, EventKind, Report};
 
 static COEFFICIENTS: Coefficients = match Coefficients::new(&Parameters::ROVER) {
     Ok(coefficients) => coefficients,
@@ -191,16 +195,14 @@ impl Bench {
 }
 
 /// What a log of the reports would replay to: knowledge and records.
-fn replay(bench: &Bench, start: &[u8]) -> (Knowledge<MotorWeights>, Vec<StepRecord>) {
+fn replay(bench: &Bench, start: &[u8]) -> (RoverKnowledge, Vec<StepRecord>) {
     let mut knowledge = Knowledge::EMPTY;
-    knowledge
-        .read::<PaperRule>(start)
-        .expect("was just written");
+    knowledge.read::<Rule>(start).expect("was just written");
     let mut direction = Microdegrees(0);
     let mut records = Vec::new();
     let rng = Generator::new(0);
     let mode = learning::Mode::Learn;
-    let mut controller = Controller::new(&COEFFICIENTS, PaperRule, &mut knowledge, rng, mode);
+    let mut controller = Controller::new(&COEFFICIENTS, Rule::default(), &mut knowledge, rng, mode);
     for report in &bench.reports {
         match report {
             Report::Event(Event {
@@ -364,10 +366,7 @@ fn an_obstacle_blocks_and_is_learned_from() {
     let actions = bench.actions();
     assert!(actions.iter().all(|a| a.outcome == Outcome::Obstacle));
     assert!(actions.len() > 5 && actions[1..].iter().all(|a| a.step.learned.is_some()));
-    let blocked = bench
-        .supervisor
-        .counters()
-        .of(crate::wire::message::Fault::Blocked);
+    let blocked = bench.supervisor.counters().of(Fault::Blocked);
     assert_eq!(blocked as usize, actions.len());
 }
 
@@ -520,7 +519,7 @@ fn bad_knowledge_is_refused_and_the_own_kept() {
     damaged[300] ^= 1;
     assert_eq!(bench.push(&damaged), Err(Refusal::BadKnowledge));
     let mut foreign = Vec::new();
-    let written = Knowledge::<MotorWeights>::new(&COEFFICIENTS.learning).write::<PaperRule, ()>(
+    let written = RoverKnowledge::new(&COEFFICIENTS.learning).write::<Rule, ()>(
         &Parameters::PAPER,
         |piece| {
             foreign.extend_from_slice(piece);
@@ -546,7 +545,7 @@ fn what_was_learned_is_saved_once_disarmed_and_only_then() {
     bench.done(Command::Disarm);
     assert_eq!(bench.take_save(), Some(Save::Knowledge));
     assert_eq!(bench.saved(None), None, "the flash failed");
-    let failed = crate::wire::message::Fault::FlashFailed;
+    let failed = Fault::FlashFailed;
     assert_eq!(bench.supervisor.counters().of(failed), 1);
     assert_eq!(
         bench.take_save(),

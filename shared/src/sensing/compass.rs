@@ -6,17 +6,16 @@
 //! | 1 | bearing, 0 to 255 for a full circle |
 //! | 2, 3 | bearing in tenths of a degree, 0 to 3599, high byte first |
 //!
-//! Bearings grow clockwise from north. Everything else in this project turns counter-clockwise,
-//! and the change is made here and nowhere else.
+//! Bearings grow clockwise from north. Everywhere else angles are counter-clockwise; they are
+//! converted here only.
 //!
-//! A bearing is believed if the two registers agree and if the rover can have turned to it since
-//! the last one. Motors and mains magnetise rooms: nothing here can see a bearing that is wrong
-//! but steady.
+//! A bearing is accepted if the two registers agree and the rover can have turned to it since the
+//! last one. A bearing that is wrong but steady (motors and mains magnetise rooms) is not detected.
 
+use crate::contract::CompassHealth;
 use crate::math;
 use crate::time::{Duration, Instant};
 use crate::units::Microdegrees;
-use crate::wire::message::CompassHealth;
 
 /// I2C address, 7 bits (0xC0 in the data sheet's 8-bit way of writing).
 pub const ADDRESS: u8 = 0x60;
@@ -25,18 +24,18 @@ pub const FIRST_REGISTER: u8 = 1;
 /// Bytes of the block.
 pub const BLOCK: usize = 3;
 
-/// How often the compass is to be read. It renews its bearing every 20 to 50 ms by type.
+/// How often to read the compass. It renews its bearing every 20 to 50 ms by type.
 pub const PERIOD: Duration = Duration::from_millis(20);
-/// Without a believable bearing for this long there is no heading: moves must stop within
-/// 100 ms, of which the rest is for those who act on it.
+/// Without an accepted bearing for this long there is no heading: moves must stop within 100 ms,
+/// which leaves 20 ms to react.
 pub const TIMEOUT: Duration = Duration::from_millis(80);
-/// Fastest turn that is believed, in degrees a second: a rover this size spins at 180 at most.
+/// Fastest turn that is accepted, in degrees a second: a rover this size spins at 180 at most.
 const FASTEST_TURN: u64 = 360;
-/// Deviation that is believed at any rate: magnetic noise of motors starting, and the two
-/// readings' quantisation.
+/// Deviation that is always accepted: magnetic noise of motors starting, and the two readings'
+/// quantisation.
 const NOISE: Microdegrees = Microdegrees::from_degrees(10);
-/// Bearings in a row that agree with each other before a jump is believed after all: somebody
-/// turned the rover by hand while the bus was silent.
+/// Consecutive bearings that must agree before a jump is accepted: the rover was turned by hand
+/// while the bus was silent.
 const CONFIRMATIONS: u8 = 5;
 /// Bearings averaged: enough to halve their noise, and 20 ms late on average.
 const AVERAGED: usize = 3;
@@ -44,10 +43,10 @@ const AVERAGED: usize = 3;
 /// How long one read may take: six bytes at 100 kHz and a compass that stretches the clock need
 /// 1 ms.
 pub const READ_TIMEOUT: Duration = Duration::from_millis(5);
-/// How often a bus is tried that hangs for good.
+/// How often a bus is retried that keeps hanging.
 const RETRY_PERIOD: Duration = Duration::from_millis(200);
 
-/// When to use the bus: not at every period while it hangs, for each attempt costs its time-out.
+/// When to use the bus: less often while it hangs, because each attempt costs its time-out.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Retry {
     hung: bool,
@@ -55,7 +54,7 @@ pub struct Retry {
 }
 
 impl Retry {
-    /// A bus of which nothing is known.
+    /// A bus that has not been used.
     pub const fn new() -> Self {
         Self {
             hung: false,
@@ -68,12 +67,12 @@ impl Retry {
         now >= self.not_before
     }
 
-    /// The bus answered, if only that nobody is there.
+    /// The bus answered, even if only with a missing acknowledgement.
     pub fn answered(&mut self) {
         self.hung = false;
     }
 
-    /// The bus hung, and was freed: it is tried again at once, and after that less often.
+    /// The bus hung and was freed: it is retried at once, then every 200 ms.
     pub fn hung(&mut self, now: Instant) {
         let wait = if self.hung {
             RETRY_PERIOD
@@ -85,7 +84,7 @@ impl Retry {
     }
 }
 
-/// A bearing as the compass gives it: tenths of a degree, clockwise from north, 0 to 3599.
+/// A bearing as read from the compass: tenths of a degree, clockwise from north, 0 to 3599.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Bearing(u16);
 
@@ -98,7 +97,7 @@ impl Bearing {
 
     /// Reads registers 1 to 3; `None` if the word is out of range or the byte disagrees with it.
     ///
-    /// A bus that floats high reads 255 and 65535, which is out of range.
+    /// A floating bus reads 255 and 65535, which is out of range.
     pub fn decode([byte, high, low]: [u8; BLOCK]) -> Option<Self> {
         let tenths = u16::from_be_bytes([high, low]);
         if tenths >= Self::TURN {
@@ -120,45 +119,45 @@ impl Bearing {
     }
 }
 
-/// Judges and averages bearings.
+/// Checks and averages bearings.
 #[derive(Clone, Debug)]
 pub struct Compass {
-    /// Added to every heading: how the compass is mounted, and where the frame's 0 lies.
+    /// Added to every heading, for the compass's mounting and the frame's zero.
     offset: Microdegrees,
-    /// The last answer of the bus, right or wrong.
+    /// When the bus last answered, rightly or not.
     answered: Option<Instant>,
-    /// The last bearing that agreed with its registers.
-    heard: Option<(Instant, Microdegrees)>,
-    /// How many of them in a row agreed with the one before.
+    /// The last bearing whose registers agreed.
+    decoded: Option<(Instant, Microdegrees)>,
+    /// How many of those in a row agreed with the one before.
     agreeing: u8,
-    /// When the last bearing was believed.
-    believed: Option<Instant>,
-    /// The last ones believed, newest first; `count` of them.
+    /// When a bearing was last accepted.
+    accepted: Option<Instant>,
+    /// The last `count` accepted ones, newest first.
     window: [Microdegrees; AVERAGED],
     count: usize,
 }
 
 impl Compass {
-    /// A compass mounted with this offset, and not yet heard of.
+    /// A compass mounted with this offset, without readings.
     pub const fn new(offset: Microdegrees) -> Self {
         Self {
             offset,
             answered: None,
-            heard: None,
+            decoded: None,
             agreeing: 0,
-            believed: None,
+            accepted: None,
             window: [Microdegrees(0); AVERAGED],
             count: 0,
         }
     }
 
-    /// Changes the offset, which takes effect at once.
+    /// Changes the offset, with immediate effect.
     pub fn set_offset(&mut self, offset: Microdegrees) {
         self.offset = offset;
     }
 
-    /// Takes what the bus answered to a read of [`BLOCK`] bytes from [`FIRST_REGISTER`]. Do not
-    /// call it when the bus did not answer.
+    /// Processes the answer to a read of [`BLOCK`] bytes from [`FIRST_REGISTER`]. Not to be called
+    /// when the bus did not answer.
     pub fn push(&mut self, now: Instant, block: [u8; BLOCK]) {
         self.answered = Some(now);
         let Some(bearing) = Bearing::decode(block) else {
@@ -166,9 +165,9 @@ impl Compass {
         };
         let heading = bearing.counter_clockwise();
         let consistent = self
-            .heard
+            .decoded
             .is_some_and(|(then, before)| reachable(before, heading, now.since(then)));
-        self.heard = Some((now, heading));
+        self.decoded = Some((now, heading));
         self.agreeing = if consistent {
             self.agreeing.saturating_add(1)
         } else {
@@ -185,24 +184,25 @@ impl Compass {
             return;
         }
         self.window[0] = heading;
-        self.believed = Some(now);
+        self.accepted = Some(now);
     }
 
-    /// The heading, counter-clockwise; `None` unless a bearing was believed within [`TIMEOUT`].
+    /// Returns the heading, counter-clockwise; `None` unless a bearing was accepted within
+    /// [`TIMEOUT`].
     pub fn heading(&self, now: Instant) -> Option<Microdegrees> {
         self.fresh(now)?;
         let mean = circular_mean(self.window.get(..self.count)?)?;
         Some(mean.turned(self.offset))
     }
 
-    /// Whether the compass can be believed at this time.
+    /// Returns the compass's health at this time.
     pub fn health(&self, now: Instant) -> CompassHealth {
         if self.fresh(now).is_some() {
             return CompassHealth::Good;
         }
         match self.answered {
             Some(then) if now.since(then) >= TIMEOUT => CompassHealth::Silent,
-            Some(_) if self.agreeing < CONFIRMATIONS && self.believed.is_none() => {
+            Some(_) if self.agreeing < CONFIRMATIONS && self.accepted.is_none() => {
                 CompassHealth::Unknown
             }
             Some(_) => CompassHealth::Implausible,
@@ -210,15 +210,15 @@ impl Compass {
         }
     }
 
-    /// How old the last believed bearing is, if it still counts.
+    /// Age of the last accepted bearing, if below [`TIMEOUT`].
     fn fresh(&self, now: Instant) -> Option<Duration> {
-        self.believed
+        self.accepted
             .map(|then| now.since(then))
             .filter(|age| *age < TIMEOUT)
     }
 }
 
-/// Whether the rover can have turned so far in this time.
+/// Whether the rover can have turned this far in this time.
 fn reachable(from: Microdegrees, to: Microdegrees, within: Duration) -> bool {
     // Degrees a second are microdegrees a microsecond. No turn is longer than half a circle.
     let allowed = within

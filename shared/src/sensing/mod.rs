@@ -6,11 +6,16 @@
 pub mod compass;
 pub mod ir;
 pub mod neuron;
+mod ranges;
+mod scaled;
+
+pub use ranges::{DistanceRange, SensingParameters, SensorRanges};
+pub use scaled::{OutOfScale, Scaled};
 
 use serde::{Deserialize, Serialize};
 
 use crate::units::{Microdegrees, Micrometres};
-use neuron::{STEPS, StepIndex};
+use neuron::StepIndex;
 
 /// One reading of all sensors, in physical units, before any scaling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,16 +29,16 @@ pub struct Sample {
     /// Free distance on the right.
     #[serde(rename = "right_um")]
     pub right: Micrometres,
-    /// Where the robot points, counter-clockwise in the world's frame.
+    /// The robot's heading, counter-clockwise in the world's frame.
     #[serde(rename = "heading_udeg")]
     pub heading: Microdegrees,
-    /// Where the target lies as seen from the robot, counter-clockwise in the world's frame;
+    /// Bearing of the target as seen from the robot, counter-clockwise in the world's frame;
     /// `None` for robots without a target sensor.
     #[serde(rename = "target_bearing_udeg")]
     pub target_bearing: Option<Microdegrees>,
 }
 
-/// The four things the robot senses, in the order in which arrays of four hold them.
+/// The four stimuli, in the order of all arrays of four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stimulus {
@@ -50,97 +55,6 @@ pub enum Stimulus {
 impl Stimulus {
     /// All four, in array order.
     pub const ALL: [Self; 4] = [Self::Front, Self::Left, Self::Right, Self::Target];
-}
-
-/// A stimulus scaled to [-1, 1], in millionths.
-///
-/// Decimal, so that the borders between the ten steps are hit exactly: a tenth of any sensor's
-/// range is 200,000.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "i32", into = "i32")]
-pub struct Scaled(i32);
-
-/// A number that is no scaled stimulus: outside [-1, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OutOfScale;
-
-impl core::fmt::Display for OutOfScale {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "expected a number from -1000000 to 1000000")
-    }
-}
-
-impl TryFrom<i32> for Scaled {
-    type Error = OutOfScale;
-
-    fn try_from(millionths: i32) -> Result<Self, OutOfScale> {
-        let scaled = Self::saturating(millionths.into());
-        if scaled.0 == millionths {
-            Ok(scaled)
-        } else {
-            Err(OutOfScale)
-        }
-    }
-}
-
-impl From<Scaled> for i32 {
-    fn from(scaled: Scaled) -> i32 {
-        scaled.0
-    }
-}
-
-impl Scaled {
-    /// What stands for 1.
-    pub const ONE: i32 = 1_000_000;
-
-    /// The value nearest to `millionths` that lies in [-1, 1].
-    pub const fn saturating(millionths: i64) -> Self {
-        if millionths > Self::ONE as i64 {
-            Self(Self::ONE)
-        } else if millionths < -(Self::ONE as i64) {
-            Self(-Self::ONE)
-        } else {
-            Self(millionths as i32)
-        }
-    }
-
-    /// The value in millionths, -1,000,000 to 1,000,000.
-    pub const fn millionths(self) -> i32 {
-        self.0
-    }
-
-    /// The step of a sensing neuron in which this input lies: floor(5 (s + 1)), at most 9.
-    pub const fn step(self) -> StepIndex {
-        let step = (self.0 + Self::ONE) / (2 * Self::ONE / STEPS as i32);
-        StepIndex::saturating(step as u32)
-    }
-}
-
-/// The range within which a distance sensor is believed; outside it saturates (III-A, IV-A).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DistanceRange {
-    /// Distances up to here scale to -1.
-    pub near: Micrometres,
-    /// Distances from here on scale to 1.
-    pub far: Micrometres,
-}
-
-impl DistanceRange {
-    /// Scales linearly: near to -1, far to 1, saturating beyond both.
-    pub fn scale(&self, distance: Micrometres) -> Scaled {
-        let width = i64::from(self.far.0) - i64::from(self.near.0);
-        let inside = i64::from(distance.0) - i64::from(self.near.0);
-        Scaled::saturating(2 * i64::from(Scaled::ONE) * inside / width.max(1) - 1_000_000)
-    }
-}
-
-/// The ranges of the distance sensors of one robot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SensorRanges {
-    /// Of the front sensor.
-    pub front: DistanceRange,
-    /// Of the left and the right sensor.
-    pub side: DistanceRange,
 }
 
 /// What the robot senses, scaled: the input of the four sensing neurons, in the order of
@@ -163,7 +77,7 @@ impl Percept {
         ])
     }
 
-    /// The steps that the four stimuli lie in.
+    /// Returns the steps that the four stimuli lie in.
     pub fn steps(&self) -> [StepIndex; 4] {
         self.0.map(Scaled::step)
     }

@@ -13,7 +13,7 @@ pub const STEPS: usize = 10;
 #[serde(try_from = "u8", into = "u8")]
 pub struct StepIndex(u8);
 
-/// A number that is no step: above 9.
+/// Error: a number above 9.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NoSuchStep;
 
@@ -42,7 +42,7 @@ impl From<StepIndex> for u8 {
 }
 
 impl StepIndex {
-    /// The step with this number, the last one for numbers above 9.
+    /// Clamps a number to 0 to 9.
     pub const fn saturating(index: u32) -> Self {
         Self(if index >= STEPS as u32 {
             STEPS as u8 - 1
@@ -51,7 +51,7 @@ impl StepIndex {
         })
     }
 
-    /// 0 to 9.
+    /// The step's number, 0 to 9.
     pub const fn index(self) -> usize {
         self.0 as usize
     }
@@ -68,12 +68,12 @@ pub struct Activation(pub i32);
 impl Activation {
     /// Fraction bits.
     pub const FRACTION_BITS: u32 = 20;
-    /// What stands for 1.
+    /// The number that represents 1.
     pub const ONE: i32 = 1 << Self::FRACTION_BITS;
     /// The largest amplitude there can be: the largest state the lattice starts from.
     pub const LIMIT: Self = Self(Corners::MAX);
 
-    /// The sum, kept within plus and minus `limit`.
+    /// The sum, clamped to +-`limit`.
     const fn saturating_add(self, change: i32, limit: Self) -> Self {
         let sum = self.0.saturating_add(change);
         Self(if sum > limit.0 {
@@ -99,8 +99,7 @@ impl SensingNeuron {
         amplitudes: [Activation(0); STEPS],
     };
 
-    /// A neuron with these amplitudes; `None` unless they are non-decreasing and within
-    /// plus and minus `limit`.
+    /// A neuron with these amplitudes; `None` unless they are non-decreasing and within +-`limit`.
     pub fn from_amplitudes(amplitudes: [Activation; STEPS], limit: Activation) -> Option<Self> {
         let ordered = amplitudes.is_sorted();
         let bounded = amplitudes
@@ -122,8 +121,8 @@ impl SensingNeuron {
     /// Changes the amplitudes after a failure with the input in step `i`: a positive `change` is
     /// added to all steps j >= i (5), a negative one to all steps j <= i (6).
     ///
-    /// The staircase stays non-decreasing, because whatever rises has only rising steps above it
-    /// and whatever falls only falling ones below; at plus and minus `limit` amplitudes stop.
+    /// The staircase stays non-decreasing: all steps above one that rises rise with it, all steps
+    /// below one that falls fall with it. Amplitudes stop at +-`limit`.
     pub fn shift(&mut self, i: StepIndex, change: i32, limit: Activation) {
         let shifted = if change > 0 {
             &mut self.amplitudes[i.index()..]

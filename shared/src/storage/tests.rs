@@ -1,3 +1,4 @@
+use super::slots::MAGIC;
 use super::*;
 use crate::random::Generator;
 use proptest::prelude::*;

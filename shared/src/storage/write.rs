@@ -1,9 +1,10 @@
-//! Writing a slot, one operation of the flash after another.
+//! Writing a slot, one flash operation at a time.
 
-use super::{Content, Flash, HEADER, MOST_WRITES, PAGE, Record, SECTOR, Slots};
-use crate::wire::transfer::fingerprint;
+use super::flash::{Flash, PAGE, SECTOR};
+use super::slots::{Content, HEADER, MOST_WRITES, Record, Slots};
+use crate::checksum::fingerprint;
 
-/// A write under way. Dropping it leaves the content before it in force.
+/// A write under way. Dropping it leaves the previous content in force.
 #[derive(Clone, Copy, Debug)]
 pub struct Write {
     slots: Slots,
@@ -23,12 +24,12 @@ enum Stage {
     VerifyHeader,
 }
 
-/// How far a write is.
+/// Progress of a write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Call again.
     UnderWay,
-    /// The content is in the flash; tell the slots with [`Slots::written`].
+    /// The content is in the flash; pass the record to [`Slots::written`].
     Done(Record),
 }
 
@@ -39,7 +40,7 @@ pub enum WriteError<E> {
     TooLong,
     /// The slots were written [`MOST_WRITES`] times.
     WornOut,
-    /// The flash holds something else than was programmed.
+    /// The flash does not hold what was programmed.
     ReadBack,
     /// The flash reported an error.
     Flash(E),
@@ -52,7 +53,7 @@ impl<E> From<E> for WriteError<E> {
 }
 
 impl Slots {
-    /// Begins to write `content`, which is to be the same at every step.
+    /// Begins to write `content`, which must be the same at every step.
     ///
     /// # Errors
     /// [`WriteError::TooLong`] and [`WriteError::WornOut`].
@@ -83,10 +84,10 @@ impl Slots {
 }
 
 impl Write {
-    /// Does the next operation.
+    /// Executes the next flash operation.
     ///
     /// # Errors
-    /// The write has failed and the content before it is in force; drop it.
+    /// The write has failed and the previous content is in force; drop the write.
     pub fn step<F: Flash>(
         &mut self,
         flash: &mut F,
@@ -136,7 +137,7 @@ impl Write {
         Ok(Progress::UnderWay)
     }
 
-    /// The newest record, if it already holds this very content.
+    /// Returns the newest record if it already holds this content.
     fn unchanged<F: Flash>(
         &self,
         flash: &mut F,
@@ -153,7 +154,7 @@ impl Write {
     }
 }
 
-/// A page that starts with these bytes; erased bits of the rest stay so.
+/// Pads to a page; the rest stays erased.
 fn padded(piece: &[u8]) -> [u8; PAGE] {
     let mut page = [0xFF; PAGE];
     for (place, byte) in page.iter_mut().zip(piece) {

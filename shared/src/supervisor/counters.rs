@@ -1,6 +1,6 @@
-//! Every fault is a number before it is a message.
+//! The counters of the faults.
 
-use crate::wire::message::{Counters, Fault};
+use crate::contract::{Counters, Fault};
 
 impl Fault {
     /// Number of faults.
@@ -32,7 +32,7 @@ impl Fault {
 }
 
 impl Counters {
-    /// How often a fault was counted.
+    /// Returns how often a fault was counted.
     pub const fn of(&self, fault: Fault) -> u32 {
         self.0[fault as usize]
     }

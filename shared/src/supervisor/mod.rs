@@ -7,14 +7,14 @@
 //! | driving | - | disarmed | driving, by that mode; armed if idle | faulted |
 //! | faulted | refused: the fault stands | disarmed | refused | (the first fault stays) |
 //!
-//! The motors run while **driving** and while no stop stands, nowhere else. What is watched by
-//! time stands in [`RULES`], the rest in [`Supervisor::handle`]. A reset starts at disarmed.
+//! The motors run only while **driving** and while no stop is active. Time limits are in [`RULES`],
+//! the rest in [`Supervisor::handle`]. A reset starts at disarmed.
 //!
 //! The firmware calls [`Supervisor::poll`] from its guard interrupt every [`GUARD_PERIOD`] and
-//! switches the PWM off there if [`Supervisor::motors_enabled`] says no; every other part tells
-//! what happened with `handle`. Time comes with each call. A clock that runs ahead makes
-//! everything look silent, which stops; a clock that steps back is a fault, because no limit of
-//! time could be kept with it.
+//! switches the PWM off there unless [`Supervisor::motors_enabled`]; every other part reports what
+//! happened with [`Supervisor::handle`]. Time is an argument of each call. A clock that runs ahead
+//! makes every signal look silent, which stops the motors; a clock that steps back is a fault,
+//! because no time limit could be kept with it.
 
 mod counters;
 mod table;
@@ -24,54 +24,53 @@ pub use table::{
     Signal, When,
 };
 
-use crate::motion::WheelCommand;
-use crate::sensing::ir::FRONT_RIGHT;
-use crate::time::{Duration, Instant};
-use crate::wire::message::{
+use crate::contract::{
     ChannelHealth, CompassHealth, Counters, Fault, FaultReport, Mode, Outcome, Refusal,
     ResetReason, State,
 };
+use crate::motion::WheelCommand;
+use crate::sensing::ir::FRONT_RIGHT;
+use crate::time::{Duration, Instant};
 
-/// How much earlier than the latest one a time may be: calls from tasks and interrupts overtake
-/// each other between reading the clock and being heard.
+/// How much earlier than the latest one a time may be: tasks and interrupts can overtake each other
+/// between reading the clock and calling the supervisor.
 pub const OUT_OF_ORDER: Duration = Duration::from_millis(10);
 
-/// What can happen.
+/// An input of the state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// A loop went round.
+    /// A loop has completed a turn.
     Alive(Loop),
     /// The range sensors were sampled.
     Ranges([ChannelHealth; 4]),
     /// The compass was read, or did not answer.
     Compass(CompassHealth),
-    /// The host says that it drives.
+    /// The driving host's heartbeat.
     Heartbeat,
-    /// A move ended. One that was completed ends a row of moves without progress, so it is not to be
-    /// told of where nothing proves that the rover moved
-    /// ([`Move::proven`](crate::motion::Move::proven)).
+    /// A move ended. A completed one resets the count of moves without progress, so it is reported
+    /// only if the rover is known to have moved ([`Move::proven`](crate::motion::Move::proven)).
     Moved(Outcome),
-    /// Somebody wants the motors allowed.
+    /// Request to allow the motors.
     Arm,
-    /// Somebody wants them off; also acknowledges a fault.
+    /// Request to forbid them; also acknowledges a fault.
     Disarm,
-    /// Somebody chooses who drives.
+    /// Request to change who drives.
     SetMode(Mode),
     /// Knowledge was loaded, or could not be.
     Knowledge {
         /// Whether it is whole and of this version.
         valid: bool,
     },
-    /// A host said hello.
+    /// A host opened the conversation.
     Hello {
         /// Whether version and schema are ours.
         matches: bool,
     },
-    /// Somebody wants to write to the flash.
+    /// Request to write to the flash.
     FlashWrite,
     /// The write is over.
     FlashDone {
-        /// Whether everything was written.
+        /// Whether the write succeeded.
         written: bool,
     },
     /// A percept did not settle.
@@ -91,9 +90,9 @@ pub enum Input {
 pub struct Supervisor {
     state: State,
     reset: ResetReason,
-    /// The latest time heard.
+    /// The latest time passed in.
     latest: Instant,
-    /// When each signal last came, and was good.
+    /// When each signal was last present and good.
     seen: [Option<Instant>; Signal::COUNT],
     ranges: [ChannelHealth; 4],
     compass: CompassHealth,
@@ -103,21 +102,21 @@ pub struct Supervisor {
     flash_busy: bool,
     /// Moves without progress since the last that had some.
     without_progress: u8,
-    /// Which rules' responses stand.
+    /// Which rules' responses are active.
     standing: [bool; RULES.len()],
-    /// A loop fell silent: the watchdog is never fed again.
+    /// A loop is silent: the watchdog is never fed again.
     starved: bool,
     counters: Counters,
     /// When each fault that was not reported yet was last counted.
     unreported: [Option<Instant>; Fault::COUNT],
-    /// Until when the rules would find what they found last, if nothing else happens than that good
-    /// signals keep coming. The firmware asks a thousand times a second, and on the processor of a
-    /// rover going through the table each time was a third of all computing.
+    /// Until when the rules' result stays the same as long as good signals keep coming. The
+    /// firmware polls a thousand times a second, and evaluating the table each time took a third of
+    /// the board's computing time.
     settled_until: Option<Instant>,
 }
 
 impl Supervisor {
-    /// After a reset: disarmed, and nothing is known to be well.
+    /// The state after a reset: disarmed, and no signal known to be good.
     pub const fn new(now: Instant, reset: ResetReason) -> Self {
         Self {
             state: State::Disarmed,
@@ -138,7 +137,7 @@ impl Supervisor {
         }
     }
 
-    /// Loops get their time to begin; everything else has to be seen first.
+    /// Loops are given their time to start; every other signal is missing until it comes.
     const fn loops_alive(now: Instant) -> [Option<Instant>; Signal::COUNT] {
         let mut seen = [None; Signal::COUNT];
         let loops = [
@@ -176,7 +175,7 @@ impl Supervisor {
         matches!(self.state, State::Driving(_)) && !self.stands(Response::Stop) && !self.starved
     }
 
-    /// The command, if the motors may run; else STOP.
+    /// Returns the command if the motors may run, else STOP.
     pub fn gate(&self, command: WheelCommand) -> WheelCommand {
         if self.motors_enabled() {
             command
@@ -185,7 +184,7 @@ impl Supervisor {
         }
     }
 
-    /// Whether the hardware watchdog is to be fed.
+    /// Whether to feed the hardware watchdog.
     pub const fn feed_watchdog(&self) -> bool {
         !self.starved
     }
@@ -195,7 +194,7 @@ impl Supervisor {
         self.stands(Response::Warn)
     }
 
-    /// The next fault that was not reported yet, if any; several of a kind come as one.
+    /// Returns the next unreported fault, if any; several of a kind are reported as one.
     pub fn take_fault(&mut self) -> Option<FaultReport> {
         let waiting = |fault: &Fault| self.unreported[*fault as usize].is_some();
         let fault = Fault::ALL.into_iter().find(waiting)?;
@@ -230,8 +229,8 @@ impl Supervisor {
         self.settled_until = (self.state == state).then(|| self.next_due());
     }
 
-    /// When the first of the rules that do not stand will, if its signal does not come. Rules that
-    /// hold in other states are included: that costs a look too many.
+    /// When the first inactive rule becomes active if its signal stays away. Rules of other states
+    /// are included, at the cost of some needless evaluations.
     fn next_due(&self) -> Instant {
         let due = |(rule, stands): (&Rule, &bool)| {
             let seen = self.seen[rule.signal.index()].filter(|_| !stands)?;
@@ -242,10 +241,10 @@ impl Supervisor {
         rules.filter_map(due).min().unwrap_or(Instant(u64::MAX))
     }
 
-    /// Takes what happened, and applies the rules.
+    /// Processes an input and applies the rules.
     ///
     /// # Errors
-    /// What was asked for is refused, and why.
+    /// The request is refused, with the reason.
     pub fn handle(&mut self, now: Instant, input: Input) -> Result<(), Refusal> {
         self.poll(now);
         let result = self.take(input);
@@ -292,8 +291,8 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Whether an input can only put off what the rules would do: a sign of life, or sensors that are
-    /// as they were, while no rule stands that it could lift.
+    /// Whether an input can only postpone the rules' responses: a sign of life or unchanged
+    /// sensors, while no rule is active that it could clear.
     fn changes_nothing(&self, input: Input) -> bool {
         let as_before = match input {
             Input::Alive(_) | Input::Heartbeat => true,
@@ -306,7 +305,7 @@ impl Supervisor {
 
     fn arm(&mut self) -> Result<(), Refusal> {
         let result = match self.state {
-            // Asked again: the acknowledgement was lost.
+            // Repeated: the acknowledgement was lost.
             State::Armed | State::Driving(_) => return Ok(()),
             State::Faulted(fault) => Err(Refusal::Fault(fault)),
             State::Disarmed => self.ready(),
@@ -321,7 +320,7 @@ impl Supervisor {
         result
     }
 
-    /// Whether everything is well that must be before arming; the order is that of who can help.
+    /// Checks what arming requires. The order is that in which an operator can act on it.
     fn ready(&self) -> Result<(), Refusal> {
         match self.hello {
             None => return Err(Refusal::NoHello),
@@ -397,7 +396,7 @@ impl Supervisor {
             }
             Outcome::TurnTimeout => self.count(Fault::TurnTimeout, 1),
             Outcome::Late => self.count(Fault::LateStep, 1),
-            // The rule for the compass counts; a stop is nobody's fault.
+            // The compass's rule counts the former; a stop is no fault.
             Outcome::CompassLost | Outcome::Stopped => {}
         }
     }
@@ -406,7 +405,7 @@ impl Supervisor {
     fn unfit_range(&self) -> Option<(u8, ChannelHealth)> {
         let unfit = |&(channel, health): &(usize, ChannelHealth)| match health {
             ChannelHealth::Good => false,
-            // Only the second one ahead can be done without.
+            // Only the second front sensor is optional.
             ChannelHealth::NotFitted => channel != FRONT_RIGHT,
             _ => true,
         };
@@ -414,7 +413,7 @@ impl Supervisor {
         Some((channel as u8, health))
     }
 
-    /// Whether the rule's signal is away for too long, or says that it is bad.
+    /// Whether the rule's signal has been missing for too long, or reports that it is bad.
     fn missing(&self, rule: &Rule) -> bool {
         let bad = match rule.signal {
             Signal::Ranges => self.unfit_range().is_some(),
@@ -444,7 +443,7 @@ impl Supervisor {
         }
     }
 
-    /// The first fault stays: it is the cause.
+    /// Disarms with a fault. A later one does not replace it: the first is the cause.
     fn fail(&mut self, fault: Fault) {
         if When::Armed.holds(self.state) {
             self.state = State::Faulted(fault);

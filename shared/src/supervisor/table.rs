@@ -1,21 +1,22 @@
-//! What must keep coming, how long it may be missing, and what happens then.
+//! The table of time limits: which signal must keep coming, how long it may be missing, and the
+//! response.
 
+use crate::contract::{Fault, Mode, State};
 use crate::time::Duration;
-use crate::wire::message::{Fault, Mode, State};
 
-/// How often the guard's alarm interrupt polls the supervisor. Every rule acts this much before
-/// the time it promises, so that the promise holds whenever the poll falls.
+/// How often the guard's alarm interrupt polls the supervisor. Every rule acts this much before its
+/// time limit, so that the limit holds wherever the poll falls.
 pub const GUARD_PERIOD: Duration = Duration::from_millis(10);
-/// Period of the hardware watchdog. With [`LOOP_SILENCE`] and the guard's period it makes the
-/// second within which a silent loop resets the board.
+/// Period of the hardware watchdog. Together with [`LOOP_SILENCE`] and the guard's period: a silent
+/// loop resets the board within a second.
 pub const HARDWARE_WATCHDOG: Duration = Duration::from_millis(500);
 /// How long a loop may be silent before the watchdog is no longer fed: longer than the 400 ms
 /// for which erasing a sector of the flash may stop everything.
 pub const LOOP_SILENCE: Duration = Duration::from_millis(480);
-/// Moves without progress in a row that disarm; moves that prove nothing do not break the row.
+/// Consecutive moves without progress that disarm; moves that prove nothing are not counted.
 pub const STUCK_AFTER: u8 = 3;
 
-/// The firmware's loops; each says at every turn that it lives.
+/// The firmware's loops; each reports every turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loop {
     /// Samples the sensors.
@@ -26,11 +27,11 @@ pub enum Loop {
     Drive,
     /// Talks to the host.
     Link,
-    /// Keeps the knowledge in the flash.
+    /// Writes the knowledge to the flash.
     Store,
 }
 
-/// What must keep coming.
+/// A signal that must keep coming.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
     /// A loop's sign of life.
@@ -57,7 +58,7 @@ impl Signal {
     }
 }
 
-/// In which states a rule holds.
+/// The states in which a rule applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum When {
     /// In all.
@@ -78,13 +79,13 @@ impl When {
     }
 }
 
-/// What a rule does.
+/// A rule's response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Response {
     /// Counts.
     Warn,
-    /// Counts, and keeps the motors off until the signal is back. Also acts at once when the
-    /// signal itself says that it is bad.
+    /// Counts, and keeps the motors off until the signal is back. Also acts at once when the signal
+    /// reports that it is bad.
     Stop,
     /// Counts, and disarms with this fault.
     Fault,
@@ -95,21 +96,21 @@ pub enum Response {
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// What must keep coming.
+    /// The signal watched.
     pub signal: Signal,
-    /// In which states.
+    /// The states in which it is watched.
     pub when: When,
-    /// How long after the last time it came the response has happened at the latest.
+    /// Time limit: the response happens no later than this after the signal last came.
     pub within: Duration,
-    /// What happens.
+    /// The response.
     pub response: Response,
-    /// What is counted.
+    /// The fault counted.
     pub fault: Fault,
 }
 
 impl Rule {
-    /// How long the signal may be missing before the response is due: a guard's period before the
-    /// time that is promised.
+    /// How long the signal may be missing before the response is due: a guard period less than the
+    /// time limit.
     pub const fn limit(&self) -> Duration {
         self.within.minus(GUARD_PERIOD)
     }
@@ -125,10 +126,10 @@ const fn row(signal: Signal, when: When, within: u32, response: Response, fault:
     }
 }
 
-/// The table of what is watched by time.
+/// The table of time limits.
 ///
-/// The stops for sensors are lifted when the sensor is back; if it is away for 2 s, the rover
-/// disarms, so that it does not start to move by itself long after anybody expects it to.
+/// A sensor's stop ends when the sensor is back; after 2 s without it the rover disarms, so that it
+/// cannot start to move unexpectedly.
 #[rustfmt::skip]
 pub const RULES: [Rule; 12] = {
     use Loop::{Control, Drive, Link, Sense, Store};

@@ -1,11 +1,27 @@
-//! Frames: from a message to bytes and back. The layout stands in [`super`].
+//! Frames: from a message to bytes and back. The layout is described in [`super`].
+//!
+//! ```
+//! use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
+//! use rover_shared::wire::message::Command;
+//!
+//! let (mut encoder, mut buffer) = (Encoder::new(), [0; MAX_FRAME]);
+//! let frame = encoder.encode(&Command::Arm, &mut buffer).expect("it fits");
+//!
+//! let mut decoder = Decoder::new();
+//! let noise = [1, 2, 3, 0]; // what came before ends with the next 0
+//! let results = noise.iter().chain(frame).filter_map(|&byte| decoder.push::<Command>(byte));
+//! let messages: Vec<_> = results.filter_map(|result| result.ok()).map(|f| f.message).collect();
+//! assert_eq!(messages, [Command::Arm]);
+//! assert_eq!(decoder.counters().dropped(), 1);
+//! ```
 
 use postcard::ser_flavors::crc::CrcModifier;
 use postcard::ser_flavors::{Cobs, Slice};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{CRC32, Mismatch, PROTOCOL_VERSION, compatible};
+use super::{Mismatch, PROTOCOL_VERSION, compatible};
+use crate::checksum::CRC32;
 
 /// Longest frame before stuffing, in bytes: the largest message of the contract (an action
 /// record with every number at its longest) takes 269.
@@ -37,7 +53,7 @@ impl Encoder {
         self.next
     }
 
-    /// Packs one message; gives the frame, its 0 included. [`MAX_FRAME`] bytes hold any message.
+    /// Packs one message; returns the frame, its 0 included. [`MAX_FRAME`] bytes hold any message.
     ///
     /// # Errors
     /// The buffer is too short; the number is not used up.
@@ -72,9 +88,9 @@ pub struct Frame<T> {
     /// Its number.
     pub sequence: u16,
     /// Frames lost since the one before: the gap of the numbers; 0 for the first frame, and for
-    /// number 0, with which a sender starts anew.
+    /// number 0, with which a sender restarts.
     pub lost: u16,
-    /// What it says.
+    /// The message.
     pub message: T,
 }
 
@@ -193,7 +209,7 @@ impl Decoder {
         &self.counters
     }
 
-    /// Takes the next byte; gives a message or an error when it ends a frame, else `None`.
+    /// Decodes the next byte; returns a message or an error when it ends a frame, else `None`.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<Frame<T>, FrameError>> {
         if byte != 0 {
             self.unstuff(byte);
@@ -211,7 +227,7 @@ impl Decoder {
         result
     }
 
-    /// Undoes COBS: a code byte n says that n - 1 bytes follow, and then a 0 unless n is 255.
+    /// Decodes COBS: a code byte n means that n - 1 bytes follow, and then a 0 unless n is 255.
     fn unstuff(&mut self, byte: u8) {
         self.begun = true;
         if self.block > 0 {
@@ -260,7 +276,7 @@ impl Decoder {
             return Err(mismatch.map_or_else(FrameError::Version, |()| FrameError::Message));
         }
         let sequence = u16::from_le_bytes([low, high]);
-        // Number 0 is a sender that starts anew, or a wrap.
+        // Number 0: the sender has restarted, or the number has wrapped.
         let expected = self.expected.filter(|_| sequence != 0).unwrap_or(sequence);
         let lost = sequence.wrapping_sub(expected);
         self.expected = Some(sequence.wrapping_add(1));

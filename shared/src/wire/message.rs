@@ -1,14 +1,13 @@
-//! Everything that is said between rover and host: the contract, and nothing else.
+//! The messages between rover and host.
 //!
-//! All types of the wire stand in this file, beside the quantities of [`crate::units`] and
-//! [`crate::time`], and [`Sample`] and [`StepRecord`], which are the controller's own input and
-//! output. The core uses these very types: what the supervisor refuses with is what the host
-//! reads. The schema hash is computed from this file's text
-//! without comments and white space, so any change here, even of an order, gives another hash;
-//! then [`PROTOCOL_VERSION`] must go up too (a test insists).
+//! They are made of the values in [`crate::contract`], the quantities in [`crate::units`] and
+//! [`crate::time`], and the controller's input and output, [`Sample`] and [`StepRecord`]. The
+//! schema hash covers the text of this file and of `contract.rs` without comments and white space:
+//! any change, even of an order, changes it, and [`PROTOCOL_VERSION`] must go up too (a test
+//! insists).
 //!
-//! postcard writes enums as their position, so **variants are only ever appended**, and the
-//! position of [`Report::Hello`] and [`Command::Hello`] stays 0.
+//! postcard encodes a variant as its position: **variants are only appended**, and
+//! [`Report::Hello`] and [`Command::Hello`] stay at position 0.
 //!
 //! | host to rover ([`Command`]) | the rover answers [`Report::Ack`] and |
 //! |---|---|
@@ -27,6 +26,10 @@
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
+use crate::contract::{
+    Calibration, ChannelHealth, CompassHealth, Counters, FaultReport, Mode, Outcome, Refusal,
+    ResetReason, State, TEXT_BYTES, Task,
+};
 use crate::controller::StepRecord;
 use crate::sensing::Sample;
 use crate::time::Instant;
@@ -36,12 +39,8 @@ use crate::units::{Microdegrees, Micrometres};
 pub const CHUNK_BYTES: usize = 128;
 /// Longest name of a board or of a firmware version, in bytes.
 pub const NAME_BYTES: usize = 24;
-/// Longest text kept over a reset, in bytes.
-pub const TEXT_BYTES: usize = 96;
-/// Most points of a range sensor's calibration curve.
-pub const CURVE_POINTS: usize = 12;
 
-/// What the host asks for.
+/// A message from the host.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {
     /// Opens the conversation.
@@ -51,15 +50,15 @@ pub enum Command {
     },
     /// Asks for an acknowledgement only.
     Ping,
-    /// Says that the host still drives; at least twice a second in [`Mode::Host`].
+    /// The host's heartbeat; at least twice a second in [`Mode::Host`].
     Heartbeat,
     /// Allows the motors to run, if everything is well.
     Arm,
     /// Stops the motors and forbids them; acknowledges a standing fault.
     Disarm,
-    /// Chooses who moves the rover.
+    /// Selects who moves the rover.
     SetMode(Mode),
-    /// Chooses what is to be learned or done.
+    /// Selects the task.
     SetTask(Task),
     /// The direction to follow, counter-clockwise in the compass's frame.
     SetDirection(Microdegrees),
@@ -86,14 +85,13 @@ pub enum Command {
     PushKnowledge(Chunk),
     /// Writes what was learned to the flash; refused while armed.
     StoreKnowledge,
-    /// Forgets everything and begins with untrained knowledge; refused while armed.
+    /// Starts with untrained knowledge; refused while armed.
     NewKnowledge,
 }
 
-/// What the rover says.
+/// A message from the rover.
 ///
-/// A place in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no
-/// heap to put it on.
+/// A slot in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no heap.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Report {
     /// Opens the conversation, and follows every reset.
@@ -144,13 +142,13 @@ pub struct Ack {
 /// The rover's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
-    /// When this was so.
+    /// When this was the state.
     pub time: Instant,
     /// What the supervisor allows.
     pub state: State,
     /// Whether wheel commands reach the motors at this moment.
     pub motors_enabled: bool,
-    /// What is being done.
+    /// The task.
     pub task: Task,
     /// The direction to follow.
     pub direction: Microdegrees,
@@ -158,10 +156,10 @@ pub struct Status {
     pub steps: u32,
     /// Median ADC counts: front left, front right, left, right.
     pub counts: [u16; 4],
-    /// What these channels' curves make of them.
+    /// The distances by these channels' curves.
     pub distances: [Micrometres; 4],
-    /// Where the rover points, counter-clockwise in the compass's frame, its offset added; `None`
-    /// if the compass cannot be believed.
+    /// The rover's heading, counter-clockwise in the compass's frame, its offset added; `None` if
+    /// the compass is not good.
     pub heading: Option<Microdegrees>,
     /// Health of the range sensors: front left, front right, left, right.
     pub ranges: [ChannelHealth; 4],
@@ -171,7 +169,7 @@ pub struct Status {
     pub counters: Counters,
 }
 
-/// One action cycle: all that the core saw, thought, did and learned.
+/// One complete action cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ActionRecord {
     /// When the sample was taken.
@@ -184,8 +182,8 @@ pub struct ActionRecord {
     pub compass: CompassHealth,
     /// The sample in physical units.
     pub sample: Sample,
-    /// What the controller made of it: percept, corners, pattern, action, and what it learned
-    /// from the cycle before.
+    /// The controller's record: percept, corners, pattern, action, and what it learned from the
+    /// cycle before.
     pub step: StepRecord,
     /// How this cycle's move ended.
     pub outcome: Outcome,
@@ -236,265 +234,15 @@ pub enum EventKind {
     },
 }
 
-/// A fault at the moment it was counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct FaultReport {
-    /// When.
-    pub time: Instant,
-    /// Which.
-    pub fault: Fault,
-    /// How often since the reset, this time included.
-    pub count: u32,
-}
-
 /// A part of the knowledge's bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Chunk {
     /// Length of the whole knowledge in bytes.
     pub total: u32,
-    /// Checksum of the whole knowledge, see [`fingerprint`](super::transfer::fingerprint).
+    /// Checksum of the whole knowledge, see [`fingerprint`](crate::checksum::fingerprint).
     pub fingerprint: u32,
     /// Where this part starts.
     pub offset: u32,
     /// This part's bytes.
     pub data: Vec<u8, CHUNK_BYTES>,
-}
-
-/// What the supervisor allows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum State {
-    /// The motors are off until somebody arms.
-    Disarmed,
-    /// Armed, but nobody drives: the motors are off.
-    Armed,
-    /// The motors follow the mode's wheel commands.
-    Driving(Mode),
-    /// The motors are off until somebody disarms, which acknowledges the fault, and arms anew.
-    Faulted(Fault),
-}
-
-/// Who moves the rover.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Mode {
-    /// Nobody.
-    Idle,
-    /// The controller, which also learns.
-    Learn,
-    /// The controller with what it knows, frozen.
-    Run,
-    /// The host, by [`Command::Drive`] and heartbeats.
-    Host,
-}
-
-/// What is to be done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Task {
-    /// Follow the direction that was set.
-    FollowDirection,
-    /// Follow a direction that is redrawn at random (IV-A).
-    FollowChangingDirection,
-    /// Aim at a target, for robots that sense one (III).
-    AimAtTarget,
-}
-
-/// Why the rover last started.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ResetReason {
-    /// The supply came up, or its voltage had dropped.
-    PowerOn,
-    /// The RUN pin was pulled low.
-    RunPin,
-    /// A task fell silent and the watchdog was no longer fed.
-    Watchdog,
-    /// The program panicked; see [`Report::LastWords`].
-    Panic,
-    /// The processor took a hard fault; see [`Report::LastWords`].
-    HardFault,
-    /// The debugger or the program asked for it.
-    Requested,
-}
-
-/// How a move ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Outcome {
-    /// Turned and advanced as asked.
-    Completed,
-    /// Stopped at the hard-stop distance from an obstacle, or before a blind range sensor.
-    Obstacle,
-    /// The wheels were driven and nothing changed.
-    NoProgress,
-    /// The turn did not come to rest at its end in time.
-    TurnTimeout,
-    /// The compass gave no heading.
-    CompassLost,
-    /// The control loop came so late that its knowledge of the move was stale.
-    Late,
-    /// Stopped from outside.
-    Stopped,
-}
-
-/// Health of a range sensor's channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum ChannelHealth {
-    /// Too few samples since the reset to tell.
-    Unknown,
-    /// Fit for use.
-    Good,
-    /// At the lower rail: cable open (with the pull-down resistor), or shorted to ground.
-    Open,
-    /// At the upper rail: shorted to the supply.
-    Shorted,
-    /// Not one count of change for long while moving.
-    Frozen,
-    /// No samples any more.
-    Silent,
-    /// This board has no such sensor.
-    NotFitted,
-}
-
-/// Health of the compass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CompassHealth {
-    /// No bearing since the reset.
-    Unknown,
-    /// Fit for use.
-    Good,
-    /// The bus or the compass does not answer.
-    Silent,
-    /// It answers with what cannot be true.
-    Implausible,
-}
-
-/// Everything that is counted, in the order of [`Counters`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Fault {
-    /// The control loop was silent for 200 ms.
-    ControlSilent,
-    /// A task was silent for so long that the watchdog is left to reset the board.
-    TaskSilent,
-    /// A move was stopped by an obstacle at the hard-stop distance.
-    Blocked,
-    /// A range sensor's channel was unfit for use.
-    RangeSensor,
-    /// The compass was silent or implausible.
-    Compass,
-    /// A move made no progress.
-    NoProgress,
-    /// Three moves in a row made no progress.
-    Stuck,
-    /// The driving host's heartbeat was late (0.5 s).
-    HostLate,
-    /// The driving host's heartbeat was lost (2 s).
-    HostLost,
-    /// Arming was refused.
-    ArmRefused,
-    /// A write to the flash was refused, for the rover was armed.
-    FlashWhileArmed,
-    /// A frame was dropped.
-    BadFrame,
-    /// A percept did not settle at the step cap; the safe action was taken.
-    Unsettled,
-    /// A report was dropped, for the telemetry queue was full.
-    QueueFull,
-    /// A turn did not end in time.
-    TurnTimeout,
-    /// A move was stopped for a late control loop.
-    LateStep,
-    /// The I2C bus had to be freed.
-    BusRecovered,
-    /// An ADC conversion failed.
-    AdcError,
-    /// Time went backwards.
-    ClockStepped,
-    /// A write to the flash failed, or the flash is worn out; what it held before is in force.
-    FlashFailed,
-}
-
-/// How often each [`Fault`] has been counted since the reset; they stop at the largest value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Counters(pub [u32; 20]);
-
-/// Why a command was not done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// No `Hello` was exchanged yet.
-    NoHello,
-    /// Rover and host were built from different contracts.
-    SchemaMismatch,
-    /// This needs an armed rover.
-    NotArmed,
-    /// This needs a disarmed rover.
-    Armed,
-    /// A fault stands: disarm to acknowledge it.
-    Fault(Fault),
-    /// There is no valid knowledge.
-    KnowledgeInvalid,
-    /// A range sensor is unfit for use.
-    RangeSensor {
-        /// 0 to 3 for front left, front right, left, right.
-        channel: u8,
-        /// What is wrong with it.
-        health: ChannelHealth,
-    },
-    /// The compass is unfit for use.
-    Compass(CompassHealth),
-    /// The control loop does not run.
-    ControlSilent,
-    /// The flash is being written.
-    FlashBusy,
-    /// Host-driven mode needs heartbeats.
-    NoHeartbeat,
-    /// This needs [`Mode::Host`].
-    NotHostDriven,
-    /// A move is under way.
-    MoveUnderWay,
-    /// A value lies outside its range.
-    OutOfRange,
-    /// The calibration is not a falling curve.
-    BadCalibration,
-    /// The chunk does not continue the transfer: start again at offset 0.
-    ChunkOutOfOrder,
-    /// The knowledge is longer than there is room for.
-    TooLong,
-    /// The knowledge is damaged: its checksum does not match.
-    BadChecksum,
-    /// The knowledge is of another version, or does not hold what it should.
-    BadKnowledge,
-    /// This rover cannot do that.
-    Unsupported,
-}
-
-/// A calibration.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Calibration {
-    /// The curve of one range sensor.
-    Range {
-        /// 0 to 3 for front left, front right, left, right.
-        channel: u8,
-        /// Counts rising, distances falling.
-        points: Vec<CurvePoint, CURVE_POINTS>,
-    },
-    /// How the compass is mounted.
-    Compass {
-        /// Added to the compass's counter-clockwise heading.
-        offset: Microdegrees,
-    },
-    /// How fast the rover goes.
-    Speed {
-        /// Duty of a straight advance, per mille.
-        duty: u16,
-        /// Speed at that duty, micrometres a second.
-        speed: Micrometres,
-        /// Duty at which the wheels just begin to turn, per mille.
-        dead_band: u16,
-    },
-}
-
-/// A point of a range sensor's curve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct CurvePoint {
-    /// ADC counts, 0 to 4095.
-    pub counts: u16,
-    /// Distance at which the sensor gives them.
-    pub distance: Micrometres,
 }

@@ -1,7 +1,7 @@
 //! The wire between rover and host: what a frame is, byte by byte.
 //!
-//! [`message`] says what can be said; this module and [`frame`] say how it is packed. The
-//! transport (USB CDC-ACM, a pipe, a test's byte queue) only has to carry bytes.
+//! [`message`] defines the messages; this module and [`frame`] how they are packed. The transport
+//! (USB CDC-ACM, a pipe, a test's byte queue) only carries bytes.
 //!
 //! # The frame
 //!
@@ -14,8 +14,8 @@
 //! * **version**: [`PROTOCOL_VERSION`]. This header and the checksum are the same in all
 //!   versions, so that a frame of another version is recognised and refused with a sentence
 //!   instead of being read wrongly.
-//! * **sequence**: counts the frames of one direction from 0, wrapping; a gap tells how many were
-//!   lost. An acknowledgement quotes the command's.
+//! * **sequence**: counts the frames of one direction from 0, wrapping; a gap counts the lost
+//!   ones. An acknowledgement quotes the command's.
 //! * **message**: a [`Command`](message::Command) from the host or a [`Report`](message::Report)
 //!   from the rover, in [postcard](https://postcard.jamesmunns.com/wire-format) format: integers
 //!   wider than 8 bits as varints (7 bits a byte, low first; signed ones zigzag), enums as the
@@ -42,49 +42,52 @@ use core::fmt;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 
-/// The checksum of frames and of knowledge.
-pub(crate) static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-
-/// Version of the contract; goes up with every change of [`message`].
+/// Version of the protocol; goes up with every change of [`message`] or [`crate::contract`].
 pub const PROTOCOL_VERSION: u8 = 2;
 
-/// Fingerprint of the contract: CRC-32 of the text of `message.rs` without comments and white
-/// space, computed by the compiler.
+/// CRC-32 of the text of `message.rs` and `contract.rs` without comments and white space,
+/// calculated by the compiler.
 ///
 /// It needs no derive and no bookkeeping, and cannot be forgotten: whatever changes the meaning
-/// of a byte changes this text. (Types of other files that messages contain are pinned by the
+/// of a byte changes these texts. (Types of other files that messages contain are pinned by the
 /// golden frames in the tests.)
-pub const SCHEMA_HASH: u32 = fingerprint(include_str!("message.rs").as_bytes());
+pub const SCHEMA_HASH: u32 = schema_hash(&[
+    include_str!("message.rs").as_bytes(),
+    include_str!("../contract.rs").as_bytes(),
+]);
 
-const fn fingerprint(text: &[u8]) -> u32 {
+const fn schema_hash(texts: &[&[u8]]) -> u32 {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
-    let mut in_comment = false;
-    let mut i = 0;
-    while i < text.len() {
-        let byte = text[i];
-        if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
-            in_comment = true;
-        } else if byte == b'\n' {
-            in_comment = false;
+    let mut t = 0;
+    while t < texts.len() {
+        let (text, mut in_comment, mut i) = (texts[t], false, 0);
+        while i < text.len() {
+            let byte = text[i];
+            if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
+                in_comment = true;
+            } else if byte == b'\n' {
+                in_comment = false;
+            }
+            if !in_comment && !byte.is_ascii_whitespace() {
+                digest.update(&[byte]);
+            }
+            i += 1;
         }
-        if !in_comment && !byte.is_ascii_whitespace() {
-            digest.update(&[byte]);
-        }
-        i += 1;
+        t += 1;
     }
     digest.finalize()
 }
 
-/// Why two sides cannot talk; its text says what to do about it.
+/// Why two sides are incompatible; the text includes the remedy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mismatch {
-    /// The other side speaks a newer version.
+    /// The other side uses a newer version.
     TheyAreNewer {
         /// Their version.
         theirs: u8,
     },
-    /// The other side speaks an older version.
+    /// The other side uses an older version.
     TheyAreOlder {
         /// Their version.
         theirs: u8,
@@ -120,7 +123,7 @@ impl fmt::Display for Mismatch {
 
 impl core::error::Error for Mismatch {}
 
-/// Whether a side that said this version and schema can be talked to.
+/// Checks the version and schema of the other side.
 ///
 /// # Errors
 /// The difference, with a sentence on what to update.

@@ -1,32 +1,17 @@
 //! Knowledge over the wire, in checked chunks.
 //!
-//! The sender cuts with [`chunk_at`]. The receiver keeps a [`Transfer`], which says where each
-//! chunk's bytes go, and whether the whole is right; where the bytes are kept is the receiver's
-//! business. A chunk that comes twice (its acknowledgement was lost) is taken twice without harm.
+//! The sender cuts with [`chunk_at`]. The receiver's [`Transfer`] checks order and checksum; the
+//! receiver itself stores the bytes. A repeated chunk (its acknowledgement was lost) is harmless.
 
-use crc::{CRC_32_ISCSI, Crc, Digest, NoTable};
+use crc::{Digest, NoTable};
 use heapless::Vec;
 
-use super::message::{CHUNK_BYTES, Chunk, Refusal};
+use super::message::{CHUNK_BYTES, Chunk};
+use crate::checksum::digest;
+use crate::contract::Refusal;
 
-/// Knowledge ends with its own CRC-32/ISO-HDLC, and that checksum over data which ends with it is
-/// the same number for all data. So a transfer uses another polynomial (Castagnoli's), whose
-/// value also tells one knowledge from another. Without a table, which would take 1 KB: it is
-/// needed for one transfer at a time.
-static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
-
-/// CRC-32/ISCSI of a whole knowledge: guards its transfer, and tells it from others.
-pub fn fingerprint(knowledge: &[u8]) -> u32 {
-    CRC.checksum(knowledge)
-}
-
-/// [`fingerprint`] piece by piece.
-pub(crate) fn digest() -> Digest<'static, u32, NoTable> {
-    CRC.digest()
-}
-
-/// The chunk of `knowledge`, whose [`fingerprint`] this is, that starts at `offset`; empty exactly
-/// at the end.
+/// The chunk of `knowledge`, whose [`fingerprint`](crate::checksum::fingerprint) this is, that
+/// starts at `offset`; empty exactly at the end.
 ///
 /// # Errors
 /// [`Refusal::OutOfRange`] if the offset lies beyond the end, [`Refusal::TooLong`] for more than
@@ -45,7 +30,7 @@ pub fn chunk_at(knowledge: &[u8], fingerprint: u32, offset: u32) -> Result<Chunk
     })
 }
 
-/// What a chunk did to a transfer.
+/// What to do with an accepted chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Keep the bytes at the chunk's offset, and await more.
@@ -77,11 +62,11 @@ impl Transfer {
             fingerprint: 0,
             next: 0,
             previous: 0,
-            digest: CRC.digest(),
+            digest: digest(),
         }
     }
 
-    /// Takes a chunk. Offset 0 starts a new transfer, whatever came before.
+    /// Checks a chunk. Offset 0 starts a new transfer, whatever came before.
     ///
     /// # Errors
     /// [`Refusal::TooLong`] beyond the capacity, [`Refusal::ChunkOutOfOrder`] for a chunk that
@@ -135,6 +120,7 @@ impl Transfer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::checksum::fingerprint;
     use proptest::prelude::*;
     use std::vec::Vec as StdVec;
 
@@ -201,16 +187,6 @@ mod tests {
                 let _ = transfer.accept(&Chunk { total, fingerprint, offset, data });
             }
         }
-    }
-
-    #[test]
-    fn knowledge_that_ends_with_its_checksum_still_has_a_fingerprint_of_its_own() {
-        let sealed = |content: &[u8]| {
-            let mut knowledge = content.to_vec();
-            knowledge.extend(super::super::CRC32.checksum(content).to_le_bytes());
-            fingerprint(&knowledge)
-        };
-        assert_ne!(sealed(b"one"), sealed(b"two"));
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! How a rover is told from other USB devices, and from other rovers.
+//! How a rover identifies itself on USB.
 
 use heapless::String;
 
 /// Vendor: pid.codes, whose products are open hardware.
 pub const VENDOR: u16 = 0x1209;
-/// Product: pid.codes' number for testing, which anybody may use and nobody owns; therefore a
-/// host also looks at [`PRODUCT_NAME`].
+/// Product: pid.codes' number for testing, which is shared; so a host also checks
+/// [`PRODUCT_NAME`].
 pub const PRODUCT: u16 = 0x0001;
 /// Name of the maker.
 pub const MANUFACTURER_NAME: &str = "Turing Rover";
@@ -15,9 +15,8 @@ pub const PRODUCT_NAME: &str = "Turing Rover";
 /// Digits of a [`serial_number`].
 pub const SERIAL_DIGITS: usize = 16;
 
-/// The serial number of the board whose flash has this number (its maker gives every chip one of its
-/// own, of 64 bits, most significant first): hexadecimal digits, as the Pico SDK
-/// writes it.
+/// Formats the serial number of a board: its flash chip's unique 64-bit number, most significant
+/// byte first, in hexadecimal digits, as the Pico SDK does.
 #[must_use]
 pub fn serial_number(flash: [u8; SERIAL_DIGITS / 2]) -> String<SERIAL_DIGITS> {
     let digits = flash.iter().flat_map(|byte| [byte >> 4, byte & 0xf]);

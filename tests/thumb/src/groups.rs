@@ -5,10 +5,11 @@
 use core::fmt::{self, Write};
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, Table};
-use rover_shared::action::motor_map::PaperRule;
+use rover_shared::contract::{ChannelHealth, CompassHealth, ResetReason};
 use rover_shared::controller::Controller;
 use rover_shared::knowledge::Knowledge;
 use rover_shared::learning::Mode;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::math;
 use rover_shared::motion::{self, Motion, Senses};
 use rover_shared::parameters::{Coefficients, Parameters};
@@ -23,7 +24,6 @@ use rover_shared::supervisor::{Input, Loop, Supervisor};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::frame::{Encoder, MAX_FRAME};
-use rover_shared::wire::message::{ChannelHealth, CompassHealth, ResetReason};
 
 /// Where results go.
 pub trait Report {

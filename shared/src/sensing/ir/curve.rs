@@ -1,18 +1,18 @@
-//! From counts to distance, by calibration points.
+//! The characteristic of a range sensor: distance over counts, by calibration points.
 //!
 //! A triangulating sensor's voltage is nearly a straight line over the **reciprocal** distance
 //! (Sharp's data sheets draw it so), so this is the variable in which the points are joined by
 //! straight lines: two points 10 cm apart then err by some millimetres between them, where lines
 //! over the distance itself would err by up to half a centimetre at the near end.
 
-use super::AdcCount;
+use super::adc::AdcCount;
+use crate::contract::{CURVE_POINTS, CurvePoint};
 use crate::units::Micrometres;
-use crate::wire::message::{CURVE_POINTS, CurvePoint};
 
 /// Reciprocals are kept as this over micrometres, which fills 32 bits at the shortest distance
-/// and tells 80.00 from 80.02 cm at the far end.
+/// and resolves 0.02 cm at 80 cm.
 const RECIPROCAL: u32 = 4_000_000_000;
-/// Shortest and longest distance a curve may name.
+/// Shortest and longest distance of a curve.
 const SHORTEST: Micrometres = Micrometres::from_cm(1);
 const LONGEST: Micrometres = Micrometres::from_cm(600);
 
@@ -23,7 +23,7 @@ pub struct RangeCurve {
     used: usize,
 }
 
-/// Why calibration points are no curve.
+/// Why calibration points do not make a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveError {
     /// Fewer than two points, or more than [`CURVE_POINTS`].
@@ -91,7 +91,7 @@ impl RangeCurve {
     /// A curve through these points, in the order of rising counts.
     ///
     /// # Errors
-    /// Points that do not make a falling curve.
+    /// See [`CurveError`].
     pub const fn new(points: &[CurvePoint]) -> Result<Self, CurveError> {
         if points.len() < 2 || points.len() > CURVE_POINTS {
             return Err(CurveError::Number);
@@ -120,9 +120,8 @@ impl RangeCurve {
         &self.points[..self.used]
     }
 
-    /// The distance for these counts; beyond the ends, the end's.
-    ///
-    /// Never longer for more counts.
+    /// Returns the distance for these counts, beyond either end that of the end. It never grows
+    /// with the counts.
     pub fn distance(&self, counts: AdcCount) -> Micrometres {
         let counts = counts.get();
         let points = self.points();

@@ -1,38 +1,38 @@
-//! Is a range sensor's channel to be believed? One state machine a channel, fed by samples.
+//! Health of a range sensor's channel: a state machine per channel, driven by its samples.
 
-use super::AdcCount;
+use super::adc::AdcCount;
+use crate::contract::ChannelHealth;
 use crate::time::{Duration, Instant};
-use crate::wire::message::ChannelHealth;
 
 /// At or below: cable open, or shorted to ground. 40 mV; the sensors give 0.25 V or more at
 /// 80 cm, and some 0.1 V with nothing in sight.
 pub const OPEN_LIMIT: u16 = 50;
 /// At or above: shorted to the supply. 3.2 V; the peak at 6 to 9 cm stays below 3.0 V.
 pub const SHORTED_LIMIT: u16 = 3_970;
-/// How long a rail must last before it is believed: four periods of the sensor, so that one bad
-/// measurement (it happens when the supply dips as the motors start) is no fault.
+/// How long samples must stay at a rail before that is a fault: four periods of the sensor, so that
+/// one bad measurement (the supply dips as the motors start) is none.
 pub const RAIL_TIME: Duration = Duration::from_millis(160);
-/// How long not one count may change: ten periods of the sensor. Its noise is several counts, so
-/// even a still picture flickers; only a hung sensor or converter does not.
+/// How long the counts may stay the same: ten periods of the sensor. Its noise is several counts,
+/// so they change even at rest, unless sensor or converter hangs.
 pub const FROZEN_TIME: Duration = Duration::from_millis(400);
-/// For how much of that the wheels must have been driven: three periods of the sensor. A rover at
-/// rest is never told that a sensor hangs, one that begins to move is before it has come far.
+/// For how much of that the wheels must have been driven: three periods of the sensor. At rest a
+/// hung sensor is not detected; once the rover moves, it is before the rover has come far.
 pub const FROZEN_DRIVEN_TIME: Duration = Duration::from_millis(120);
-/// How long samples must look right before a channel is believed again, or at all.
+/// How long samples must be plausible before a channel is good.
 pub const RECOVERY_TIME: Duration = Duration::from_millis(200);
-/// How long no sample may come: five periods of the sensor.
+/// How long samples may be missing: five periods of the sensor.
 pub const SILENT_TIME: Duration = Duration::from_millis(200);
 
-/// Watches one channel.
+/// Monitors one channel.
 #[derive(Clone, Debug)]
 pub struct ChannelMonitor {
     health: ChannelHealth,
     last: Option<(Instant, AdcCount)>,
-    /// How long the present run of samples at the lower, the upper rail, or at neither lasts.
+    /// Duration of the present run of samples at the lower rail, the upper rail, or neither.
     run: (Look, Duration),
-    /// How long the counts have not changed.
+    /// For how long the counts have not changed.
     unchanged: Duration,
-    /// How much of that the wheels were driven.
+    /// For how much of that the wheels were driven.
     driven: Duration,
 }
 
@@ -54,7 +54,7 @@ impl Look {
 }
 
 impl ChannelMonitor {
-    /// A channel of which nothing is known.
+    /// A channel without samples.
     pub const fn new() -> Self {
         Self {
             health: ChannelHealth::Unknown,
@@ -65,14 +65,14 @@ impl ChannelMonitor {
         }
     }
 
-    /// Takes a sample; `moving`: whether the wheels were driven since the last one.
+    /// Processes a sample; `moving`: whether the wheels were driven since the last one.
     pub fn push(&mut self, now: Instant, counts: AdcCount, moving: bool) -> ChannelHealth {
         let look = Look::of(counts);
         let (elapsed, changed) = match self.last {
             Some((then, before)) if now.since(then) < SILENT_TIME => {
                 (now.since(then), before != counts)
             }
-            // After a silence, or at the start, the channel has to convince anew.
+            // After a silence, or at the start, the health is unknown.
             _ => {
                 self.health = ChannelHealth::Unknown;
                 self.run = (look, Duration::ZERO);
@@ -111,7 +111,7 @@ impl ChannelMonitor {
         }
     }
 
-    /// The health at this time, also when no more samples come.
+    /// Returns the health at this time, also when samples have stopped.
     pub fn health(&self, now: Instant) -> ChannelHealth {
         match self.last {
             Some((then, _)) if now.since(then) >= SILENT_TIME => ChannelHealth::Silent,
@@ -141,7 +141,7 @@ mod tests {
     }
 
     impl Bench {
-        /// A channel that is believed.
+        /// A good channel.
         fn good() -> Self {
             let mut bench = Self {
                 monitor: ChannelMonitor::new(),

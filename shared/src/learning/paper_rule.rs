@@ -1,16 +1,16 @@
-//! The simplified motor map (II-C) and, with it, the paper's learning rule.
+//! The paper's learning rule: staircases (II-D) and the simplified motor map (II-C).
 //!
-//! The paper says that phases are learned by a simplified motor map driven by DRF and gives no
-//! formulas. Those used here, after Schulten's motor maps, learned best of some hundred variants:
-//! a phase moves towards what was tried if that gave more than the pattern has come to expect
-//! (`DRF > b`), and the expectation follows the reward.
+//! The paper has phases learned by a simplified motor map driven by DRF, without formulas. Those
+//! used here, after Schulten's motor maps, learned best of some hundred variants: a phase moves
+//! towards the one tried if its reward exceeds the pattern's expectation (`DRF > b`), and the
+//! expectation follows the reward.
 
 use serde::{Deserialize, Serialize};
 
-use super::Action;
-use super::pattern_vector::PatternVector;
-use crate::learning::{LearningRule, Memory, Mode, SensingLayer, StaircaseChange, Transition};
-use crate::parameters::LearningCoefficients;
+use super::parameters::LearningCoefficients;
+use super::{LearningRule, Memory, Mode, SensingLayer, StaircaseChange, Transition};
+use crate::action::Action;
+use crate::action::pattern_vector::PatternVector;
 use crate::perception::PatternCode;
 use crate::random::{Generator, NORMAL_FRACTION_BITS};
 use crate::sensing::neuron::Activation;
@@ -164,13 +164,13 @@ fn limited(phase: i64, c: &LearningCoefficients) -> Microdegrees {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::parameters::{Coefficients, Parameters};
+    use crate::learning::LearningParameters;
     use crate::reward::Reward;
     use crate::sensing::{Percept, Scaled, Stimulus};
     use crate::units::Micrometres;
 
     fn coefficients() -> LearningCoefficients {
-        Coefficients::new(&Parameters::PAPER).unwrap().learning
+        LearningCoefficients::new(&LearningParameters::PAPER).unwrap()
     }
 
     fn weights(phase: i32, expected_gain: i32) -> MotorWeights {

@@ -2,7 +2,7 @@
 //! nor `libm` can be called. Only + - * / are used, so a table is the same on every machine.
 
 /// The square root of `x` >= 0, to the last bit or two.
-pub(super) const fn sqrt(x: f64) -> f64 {
+pub(crate) const fn sqrt(x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
     }
@@ -43,7 +43,7 @@ pub(crate) const fn exp(x: f64) -> f64 {
 
 /// The natural logarithm of `x` > 0, to about 1e-13. (The check of the parameters keeps all
 /// arguments above zero; -710 stands for the logarithm of anything else.)
-pub(super) const fn ln(x: f64) -> f64 {
+pub(crate) const fn ln(x: f64) -> f64 {
     if x.is_nan() || x <= 0.0 {
         return -710.0;
     }

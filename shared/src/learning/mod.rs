@@ -1,12 +1,17 @@
-//! What is learned from one action: the only place that knows a learning rule.
+//! Learning from one action: what a rule is, and the rules.
 //!
-//! A [`LearningRule`] decides what a pattern's element remembers, which phase is tried, and how
-//! staircase and element change when the reward is known. The controller knows none of it, so
-//! that another rule is another implementation of this trait and nothing else.
+//! A [`LearningRule`] decides what is remembered of a pattern, which phase is tried, and how
+//! staircases and memory change once the reward is known. The paper's is in [`paper_rule`]; another
+//! is another file beside it and a line here. (`examples/custom_rule.rs` in this crate defines one
+//! outside of it.)
+
+pub mod paper_rule;
+mod parameters;
+
+pub use parameters::{LearningCoefficients, LearningParameters};
 
 use crate::action::Action;
 use crate::action::pattern_vector::PatternVector;
-use crate::parameters::LearningCoefficients;
 use crate::perception::{Corners, PatternCode};
 use crate::random::Generator;
 use crate::reward::Reward;
@@ -14,13 +19,13 @@ use crate::sensing::neuron::{SensingNeuron, StepIndex};
 use crate::sensing::{Percept, Stimulus};
 use crate::units::Microdegrees;
 
-/// Whether the controller learns or only does what it has learned.
+/// Whether the controller learns or only acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Try, and learn from the reward.
     Learn,
-    /// Act on what was learned; staircases and weights stay as they are.
+    /// Act on what was learned; staircases and memories do not change.
     Run,
 }
 
@@ -52,7 +57,7 @@ impl SensingLayer {
     }
 }
 
-/// One action with what was sensed before and what came of it.
+/// One action with what was sensed before it and the reward before and after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transition {
     /// What was sensed before the action.
@@ -89,13 +94,13 @@ pub struct StaircaseChange {
 
 /// How staircases and motor map learn.
 pub trait LearningRule {
-    /// What the rule remembers of each pattern.
+    /// The rule's memory of each pattern.
     type Memory: Memory;
 
-    /// Tells rules apart where knowledge is stored.
+    /// Identifies the rule in stored knowledge; the paper's is 1.
     const ID: u8;
 
-    /// The memory of a pattern that occurs for the first time.
+    /// Returns the memory of a pattern that occurs for the first time.
     fn introduce<const N: usize>(
         &self,
         code: PatternCode,
@@ -104,7 +109,7 @@ pub trait LearningRule {
         rng: &mut Generator,
     ) -> Self::Memory;
 
-    /// The action for a pattern.
+    /// Chooses the action for a pattern.
     fn act(
         &self,
         memory: &Self::Memory,
@@ -126,7 +131,7 @@ pub trait LearningRule {
 
 /// A pattern's memory as bytes, for storage.
 pub trait Memory: Copy + core::fmt::Debug + PartialEq {
-    /// How many bytes one takes.
+    /// Its length in bytes.
     const SIZE: usize;
 
     /// The phase that the pattern's action has when running.
