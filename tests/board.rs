@@ -18,8 +18,9 @@ mod usb;
 use emulated_rp2040::bus::Boot;
 use emulated_rp2040::usb::State;
 use rig::{Bench, MS};
+use rover_shared::contract::{Mode, Outcome, ResetReason};
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{Command, EventKind, Mode, Outcome, Report, ResetReason};
+use rover_shared::wire::message::{Command, EventKind, Report};
 
 #[test]
 fn the_firmware_comes_up_with_its_motors_off_and_feeds_the_watchdog() {

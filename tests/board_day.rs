@@ -20,9 +20,10 @@ mod ticks;
 use std::time::Instant;
 
 use bench::{Bench, ms, room};
+use rover_shared::contract::{Fault, Mode, ResetReason, State, Task};
 use rover_shared::time::Duration;
 use rover_shared::wire::frame::{Encoder, MAX_FRAME};
-use rover_shared::wire::message::{Command, Fault, Mode, Report, ResetReason, State, Status, Task};
+use rover_shared::wire::message::{Command, Report, Status};
 use tally::Tally;
 use ticks::Ticks;
 

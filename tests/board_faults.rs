@@ -12,12 +12,12 @@ use bench::{Bench, FIRMWARE, ms, room};
 use emulated_rp2040::incident::Kind;
 use rover_emulator::emulation::Emulation;
 use rover_shared::action::Action;
+use rover_shared::contract::{
+    ChannelHealth, CompassHealth, Fault, FaultReport, Mode, Outcome, Refusal, ResetReason, State,
+};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, EventKind, Fault, FaultReport, Mode, Outcome, Refusal,
-    Report, ResetReason, State,
-};
+use rover_shared::wire::message::{Command, EventKind, Report};
 
 /// Slices that board and test may be apart.
 const SLACK: Duration = ms(2);

@@ -18,8 +18,9 @@ use rover_log::recorder::{RecordError, Recorder};
 use rover_log::recording::{Recording, RecordingWriter, What};
 use rover_log::replay;
 use rover_log::replayable::Sessions;
+use rover_shared::contract::{Mode, ResetReason, Task};
 use rover_shared::time;
-use rover_shared::wire::message::{Command as Order, Mode, ResetReason, Task};
+use rover_shared::wire::message::Command as Order;
 use serde_json::Value;
 use serialport::{SerialPort as _, TTYPort};
 

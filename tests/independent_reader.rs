@@ -12,15 +12,17 @@ use rover_log::arena::Arena;
 use rover_log::knowledge;
 use rover_log::recording::{Recording, RecordingWriter, Topic, What};
 use rover_log::{LogWriter, Origin};
+use rover_shared::contract::{
+    Calibration, ChannelHealth, CompassHealth, Counters as Faults, CurvePoint, Fault, FaultReport,
+    Mode, Outcome, Refusal, ResetReason, State, Task,
+};
 use rover_shared::controller::StepRecord;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::sensing::Sample;
 use rover_shared::time::Instant;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{
-    Ack, ActionRecord, Calibration, ChannelHealth, Chunk, Command, CompassHealth,
-    Counters as Faults, CurvePoint, Event, EventKind, Fault, FaultReport, Hello, Mode, Outcome,
-    Refusal, Report, ResetReason, State, Status, Task,
+    Ack, ActionRecord, Chunk, Command, Event, EventKind, Hello, Report, Status,
 };
 use rover_simulator::arena::{ArenaSource, Layout};
 use rover_simulator::experiment::{Known, SessionPlan, Stream, generator, learn};
@@ -341,7 +343,7 @@ fn actions() -> Vec<Report> {
     let mut known = Known::new(&coefficients.learning);
     let rng = rover_shared::random::Generator::new(1);
     let mode = rover_shared::learning::Mode::Learn;
-    let rule = rover_shared::action::motor_map::PaperRule;
+    let rule = rover_shared::learning::paper_rule::PaperRule;
     let mut controller =
         rover_shared::controller::Controller::new(&coefficients, rule, &mut known, rng, mode);
     let task = rover_shared::reward::FollowDirection(Microdegrees(0));

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use rayon::prelude::*;
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::Controller;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::learning::{Memory, Mode};
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::perception::PatternCode;

@@ -19,9 +19,10 @@ use rover_log::recording::{Recorded, Recording, RecordingWriter, What};
 use rover_log::replay::{self, Replayed};
 use rover_log::replayable::{Knowledge, Sessions};
 use rover_log::{Entry, Log, ReadError};
+use rover_shared::contract::{CompassHealth, Fault, Mode, ResetReason, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, CompassHealth, Fault, Mode, Report, ResetReason, Task};
+use rover_shared::wire::message::{Command, Report};
 
 /// A rover that is recorded.
 struct Bench {
@@ -199,7 +200,7 @@ fn knowledge_at_the_end_is_compared() {
     let Some(Knowledge::Bytes(bytes)) = after else {
         panic!("it was pulled at the end");
     };
-    let print = rover_shared::wire::transfer::fingerprint(bytes);
+    let print = rover_shared::checksum::fingerprint(bytes);
     let mut other = bytes.to_vec();
     *other.last_mut().unwrap() ^= 1;
     *after = Some(Knowledge::Bytes(other.into()));

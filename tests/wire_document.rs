@@ -9,6 +9,11 @@ use std::fs;
 use std::path::Path;
 
 use rover_shared::action::Action;
+use rover_shared::checksum;
+use rover_shared::contract::{
+    CURVE_POINTS, Calibration, ChannelHealth, CompassHealth, Counters, CurvePoint, Fault, Mode,
+    Outcome, Refusal, ResetReason, State, TEXT_BYTES, Task,
+};
 use rover_shared::controller::{Familiarity, Learned, Perceived, Sensed, StepRecord};
 use rover_shared::learning::StaircaseChange;
 use rover_shared::motion::LONGEST_ADVANCE;
@@ -21,11 +26,10 @@ use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::frame::{Decoder, Encoder, Frame, MAX_FRAME, MAX_PLAIN};
 use rover_shared::wire::message::{
-    Ack, ActionRecord, CHUNK_BYTES, CURVE_POINTS, Calibration, ChannelHealth, Chunk, Command,
-    CompassHealth, Counters, CurvePoint, Event, EventKind, Fault, Hello, Mode, NAME_BYTES, Outcome,
-    Refusal, Report, ResetReason, State, Status, TEXT_BYTES, Task,
+    Ack, ActionRecord, CHUNK_BYTES, Chunk, Command, Event, EventKind, Hello, NAME_BYTES, Report,
+    Status,
 };
-use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, transfer, usb};
+use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, usb};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -396,7 +400,7 @@ fn the_numbers_are_the_codes() {
     assert!(transport.contains(&numbers), "{numbers}");
     let names = format!("`{}`, `{}`", usb::MANUFACTURER_NAME, usb::PRODUCT_NAME);
     assert!(transport.contains(&names), "{names}");
-    let check = format!("`{:08x}`", transfer::fingerprint(b"123456789"));
+    let check = format!("`{:08x}`", checksum::fingerprint(b"123456789"));
     assert!(section("## Knowledge").contains(&check), "{check}");
     let client = format!("PROTOCOL, SCHEMA = {PROTOCOL_VERSION}, {SCHEMA_HASH:#010x}\n");
     assert!(CLIENT.contains(&client), "docs/telemetry.py: {client}");

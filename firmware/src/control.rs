@@ -3,9 +3,9 @@
 use core::cell::RefCell;
 
 use embassy_time::Ticker;
+use rover_shared::contract::State;
 use rover_shared::rover::{PERIOD, Rover, Supervision};
 use rover_shared::supervisor::{Input, Loop};
-use rover_shared::wire::message::State;
 
 use crate::board::Led;
 use crate::guard::Watch;

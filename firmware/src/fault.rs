@@ -8,8 +8,8 @@ use embassy_rp::pac;
 use embassy_rp::peripherals::WATCHDOG;
 use embassy_rp::watchdog::{self, Watchdog};
 use heapless::String;
+use rover_shared::contract::{ResetReason, TEXT_BYTES};
 use rover_shared::last_words::{Cause, LastWords, Text};
-use rover_shared::wire::message::{ResetReason, TEXT_BYTES};
 
 use crate::board;
 

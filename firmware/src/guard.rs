@@ -13,11 +13,11 @@ use embassy_rp::pac;
 use embassy_rp::watchdog::Watchdog;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use rover_shared::contract::{FaultReport, Refusal, ResetReason};
 use rover_shared::motion::WheelCommand;
 use rover_shared::rover::{Supervision, View};
 use rover_shared::supervisor::{GUARD_PERIOD, HARDWARE_WATCHDOG, Input, Supervisor};
 use rover_shared::time::Instant;
-use rover_shared::wire::message::{FaultReport, Refusal, ResetReason};
 
 use crate::board;
 

@@ -20,10 +20,11 @@ use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{Receiver, Sender};
 use heapless::String;
+use rover_shared::contract::TEXT_BYTES;
 use rover_shared::rover::Rover;
 use rover_shared::supervisor::{GUARD_PERIOD, Input, LOOP_SILENCE, Loop};
 use rover_shared::wire::frame::{Decoder, Encoder, Frame, FrameError, MAX_FRAME};
-use rover_shared::wire::message::{Ack, Command, Report, TEXT_BYTES};
+use rover_shared::wire::message::{Ack, Command, Report};
 
 use crate::guard::Watch;
 use crate::store::LONGEST_ERASURE;

@@ -10,11 +10,11 @@ use embassy_rp::{bind_interrupts, dma};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker, block_for, with_timeout};
+use rover_shared::contract::CompassHealth;
 use rover_shared::rover::{Observation, Rover};
 use rover_shared::sensing::compass::{self, Compass, Retry};
 use rover_shared::sensing::ir::{AdcCount, CHANNELS, IrArray, medians};
 use rover_shared::supervisor::{Input, Loop};
-use rover_shared::wire::message::CompassHealth;
 
 use crate::board::{self, CONNECTED, CompassBus, Ranges};
 use crate::{drive, guard};

@@ -4,8 +4,9 @@
 use std::collections::VecDeque;
 
 use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_shared::contract::{Fault, Mode, Outcome, State, Task};
 use rover_shared::time::{Duration, Instant};
-use rover_shared::wire::message::{ActionRecord, Fault, Mode, Outcome, Report, State, Task};
+use rover_shared::wire::message::{ActionRecord, Report};
 use rover_simulator::arena::{ArenaSource, Pose};
 
 use super::fixture::{bench, room, scenario};

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use rover_emulator::vehicle::bench::{BenchRover, Memory};
 use rover_emulator::vehicle::{Channel, Fault, Side};
+use rover_shared::contract::{
+    ChannelHealth, CompassHealth, Fault as Counted, Mode, Outcome, State, Task,
+};
 use rover_shared::rover::PERIOD;
 use rover_shared::time::Duration;
-use rover_shared::wire::message::{
-    ChannelHealth, CompassHealth, EventKind, Fault as Counted, Mode, Outcome, Report, State, Task,
-};
+use rover_shared::wire::message::{EventKind, Report};
 
 use super::fixture::{bench, room, scenario};
 

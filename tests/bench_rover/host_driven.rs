@@ -1,9 +1,10 @@
 //! Moves that a host asks for: how far they lead, what stops them, and calibrating by them.
 
 use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_shared::contract::{Calibration, Mode, Outcome, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{Calibration, Command, EventKind, Mode, Outcome, Report, Task};
+use rover_shared::wire::message::{Command, EventKind, Report};
 use rover_simulator::arena::{Pose, RobotModel, Scenario, World, degrees};
 
 use super::fixture::bench;

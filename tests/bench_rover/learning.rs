@@ -3,11 +3,10 @@
 
 use rayon::prelude::*;
 use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_shared::contract::{Mode, Outcome, State, Task};
 use rover_shared::sensing::ir::FARTHEST;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{
-    ActionRecord, Command, EventKind, Mode, Outcome, Report, State, Task,
-};
+use rover_shared::wire::message::{ActionRecord, Command, EventKind, Report};
 use rover_simulator::arena::ArenaSource;
 use rover_simulator::experiment::{
     Exam, ExamResult, SessionPlan, examine_knowledge, learn, numbered,

@@ -1,6 +1,7 @@
 //! A power cut at every operation of a save leaves the old or the new knowledge, whole.
 
-use rover_shared::wire::message::{Command, Event, EventKind, Mode, Report, State};
+use rover_shared::contract::{Mode, State};
+use rover_shared::wire::message::{Command, Event, EventKind, Report};
 
 use crate::rig::Bench;
 

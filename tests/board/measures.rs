@@ -3,7 +3,8 @@
 use emulated_rp2040::elf::Image;
 use emulated_rp2040::profile::Profile;
 use emulated_rp2040::rtt::Log;
-use rover_shared::wire::message::{Command, Mode};
+use rover_shared::contract::Mode;
+use rover_shared::wire::message::Command;
 
 use crate::rig::{Bench, FIRMWARE, MS};
 use crate::thumb;

@@ -3,7 +3,8 @@
 use emulated_rp2040::cpu::PC;
 use emulated_rp2040::incident::Kind;
 use emulated_rp2040::peripheral::Cycles;
-use rover_shared::wire::message::{Command, Mode, ResetReason};
+use rover_shared::contract::{Mode, ResetReason};
+use rover_shared::wire::message::Command;
 
 use crate::rig::{Bench, FIRMWARE, MS};
 

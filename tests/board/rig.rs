@@ -7,9 +7,10 @@ use emulated_rp2040::elf::Image;
 use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
 use emulated_rp2040::usb::State;
 use rover_emulator::cmps03::Compass;
+use rover_shared::contract::Refusal;
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
-use rover_shared::wire::message::{Ack, Command, Hello, Refusal, Report};
+use rover_shared::wire::message::{Ack, Command, Hello, Report};
 
 use crate::thumb;
 

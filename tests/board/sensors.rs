@@ -1,7 +1,8 @@
 //! What the firmware makes of a bus or a converter that fails, down to the lines.
 
 use emulated_rp2040::i2c::LineFault;
-use rover_shared::wire::message::{ChannelHealth, Command, CompassHealth, Fault, Report, Status};
+use rover_shared::contract::{ChannelHealth, CompassHealth, Fault};
+use rover_shared::wire::message::{Command, Report, Status};
 
 use crate::rig::Bench;
 

@@ -2,10 +2,10 @@
 
 use emulated_rp2040::Machine;
 use emulated_rp2040::usb::State;
-use rover_shared::wire::SCHEMA_HASH;
+use rover_shared::contract::{Fault, ResetReason};
 use rover_shared::wire::frame::{Decoder, Encoder, MAX_FRAME};
-use rover_shared::wire::message::{Command, Fault, Hello, Report, ResetReason, Status};
-use rover_shared::wire::usb;
+use rover_shared::wire::message::{Command, Hello, Report, Status};
+use rover_shared::wire::{SCHEMA_HASH, usb};
 
 use crate::rig::{FIRMWARE, MS};
 

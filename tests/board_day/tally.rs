@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use rover_emulator::emulation::Emulation;
+use rover_shared::contract::{Counters, Fault, Outcome, State};
 use rover_shared::rover::PERIOD;
-use rover_shared::wire::message::{
-    ActionRecord, Counters, EventKind, Fault, Outcome, Report, State, Status,
-};
+use rover_shared::wire::message::{ActionRecord, EventKind, Report, Status};
 use rover_simulator::arena::Pose;
 
 /// All that was heard so far.

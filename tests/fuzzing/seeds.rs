@@ -8,12 +8,13 @@ use rover_link::loopback::{Loopback, LoopbackPort};
 use rover_log::recorder::Recorder;
 use rover_log::recording::RecordingWriter;
 use rover_log::{LogWriter, Origin};
+use rover_shared::contract;
 use rover_shared::learning::Mode;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::SCHEMA_HASH;
 use rover_shared::wire::frame::{Encoder, MAX_FRAME};
-use rover_shared::wire::message::{self, Command};
+use rover_shared::wire::message::Command;
 use rover_simulator::arena::{ArenaSource, Layout};
 use rover_simulator::experiment::{Known, SessionPlan, learn};
 
@@ -29,9 +30,9 @@ pub fn frames() -> Vec<Vec<u8>> {
         Command::ReadStatus,
         Command::PullKnowledge { offset: 0 },
         Command::Arm,
-        Command::SetMode(message::Mode::Learn),
+        Command::SetMode(contract::Mode::Learn),
         Command::Ping,
-        Command::SetMode(message::Mode::Run),
+        Command::SetMode(contract::Mode::Run),
         Command::Disarm,
     ] {
         let mut buffer = [0; MAX_FRAME];
@@ -102,7 +103,7 @@ fn recording() -> Vec<u8> {
     let client = Client::open(Box::new(LoopbackPort::new(rover))).unwrap();
     let log = RecordingWriter::create(&path, None, "test", None).unwrap();
     let mut recorder = Recorder::begin(client, None, log).unwrap();
-    for command in [Command::Arm, Command::SetMode(message::Mode::Learn)] {
+    for command in [Command::Arm, Command::SetMode(contract::Mode::Learn)] {
         recorder.client().ask(&command).unwrap();
     }
     while recorder.client().now() < Instant(6_000_000) {

@@ -5,6 +5,7 @@ use proptest::sample::select;
 use rover_cli::monitor::{Connection, Happening, Origin, Playback};
 use rover_link::Counters as FrameCounters;
 use rover_shared::action::Action;
+use rover_shared::contract::*;
 use rover_shared::controller::{Familiarity, Learned, Perceived, Sensed, StepRecord};
 use rover_shared::learning::StaircaseChange;
 use rover_shared::perception::{Corners, PatternCode, SettleTime};

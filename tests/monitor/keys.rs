@@ -10,7 +10,8 @@ use rover_cli::monitor::source::Control;
 use rover_cli::monitor::terminal::{ShowError, TICK, show};
 use rover_cli::monitor::view::Look;
 use rover_cli::monitor::{Happening, Source};
-use rover_shared::wire::message::{Command, Mode, State, Task};
+use rover_shared::contract::{Mode, State, Task};
+use rover_shared::wire::message::Command;
 
 use crate::scene::Scene;
 

@@ -10,7 +10,7 @@ use rover_cli::monitor::plain::{Plain, Topic};
 use rover_cli::monitor::recording::Recording;
 use rover_cli::monitor::view::Look;
 use rover_cli::monitor::{Control, Source as _, Watch};
-use rover_shared::wire::message::CompassHealth;
+use rover_shared::contract::CompassHealth;
 
 use crate::anything::happening;
 use crate::scene::{Scene, picture, simulation, watched};

@@ -6,7 +6,7 @@ use rover_cli::monitor::mirror::Mirror;
 use rover_cli::monitor::model::{Knowledge, Why};
 use rover_cli::monitor::recording::Recording;
 use rover_cli::monitor::{Control, Source as _};
-use rover_shared::wire::message::{ResetReason, State};
+use rover_shared::contract::{ResetReason, State};
 
 use crate::scene::{Scene, simulation, watched};
 

@@ -9,12 +9,10 @@ use rover_emulator::emulation::{Emulation, SLICE};
 use rover_emulator::port::EmulatedPort;
 use rover_emulator::vehicle::{Schedule, ScheduledFault};
 use rover_link::{Client, LinkError};
+use rover_shared::contract::{Counters, Fault, Mode, Outcome, Refusal, State, Task};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{
-    ActionRecord, Command, Counters, Event, EventKind, Fault, Mode, Outcome, Refusal, Report,
-    State, Status, Task,
-};
+use rover_shared::wire::message::{ActionRecord, Command, Event, EventKind, Report, Status};
 use rover_simulator::arena::{ArenaSource, Pose, Scenario};
 use rover_simulator::experiment::{Stream, generator};
 

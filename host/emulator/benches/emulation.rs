@@ -12,8 +12,9 @@ use rover_emulator::emulation::Emulation;
 use rover_emulator::port::EmulatedPort;
 use rover_emulator::vehicle::Schedule;
 use rover_link::Client;
+use rover_shared::contract::{Mode, Task};
 use rover_shared::time::Duration;
-use rover_shared::wire::message::{Command, Mode, Report, Task};
+use rover_shared::wire::message::{Command, Report};
 use rover_simulator::arena::ArenaSource;
 use rover_simulator::experiment::{Stream, generator};
 

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::Controller;
 use rover_shared::learning::Mode;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::parameters::Coefficients;
 use rover_shared::perception::PatternCode;
 use rover_shared::random::Generator;

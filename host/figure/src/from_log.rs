@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use rover_shared::knowledge::KnowledgeError;
 use rover_shared::learning::Mode;
-use rover_shared::parameters::{Coefficients, ParameterError};
+use rover_shared::parameters::Coefficients;
+use rover_shared::range_check::ParameterError;
 use rover_shared::units::{Microdegrees, Micrometres};
 
 use super::drive::Drive;

@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 
+use rover_shared::contract::Refusal;
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::frame::{Encoder, FrameError, MAX_FRAME};
-use rover_shared::wire::message::{Command, Hello, Refusal, Report, Status};
+use rover_shared::wire::message::{Command, Hello, Report, Status};
 use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 
 use super::Port;
@@ -78,7 +79,7 @@ impl Client {
             schema: 0,
             board: Default::default(),
             firmware: Default::default(),
-            reset: rover_shared::wire::message::ResetReason::PowerOn,
+            reset: rover_shared::contract::ResetReason::PowerOn,
             seed: 0,
             knowledge: None,
         };
@@ -132,7 +133,7 @@ impl Client {
         self.sent.pop_front()
     }
 
-    /// Whether heartbeats are sent, as [`Mode::Host`](rover_shared::wire::message::Mode::Host)
+    /// Whether heartbeats are sent, as [`Mode::Host`](rover_shared::contract::Mode::Host)
     /// needs them: at every call that waits.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! Why a command was not carried out, or a connection not made.
 
+use rover_shared::contract::Refusal;
 use rover_shared::wire::Mismatch;
-use rover_shared::wire::message::Refusal;
 
 use super::{PortError, explain};
 

@@ -127,8 +127,8 @@ impl Inbox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rover_shared::contract::{Fault, FaultReport};
     use rover_shared::wire::frame::{Encoder, MAX_FRAME};
-    use rover_shared::wire::message::{Fault, FaultReport};
 
     fn fault(count: u32) -> Report {
         Report::Fault(FaultReport {

@@ -1,9 +1,10 @@
 //! Whole knowledge from the rover and to it.
 
+use rover_shared::checksum::fingerprint;
 use rover_shared::rover::MOST_BYTES;
 use rover_shared::time::Duration;
 use rover_shared::wire::message::{CHUNK_BYTES, Command, EventKind, Report};
-use rover_shared::wire::transfer::{Progress, Transfer, chunk_at, fingerprint};
+use rover_shared::wire::transfer::{Progress, Transfer, chunk_at};
 
 use super::{Client, LinkError};
 

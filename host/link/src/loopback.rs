@@ -11,6 +11,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
+use rover_shared::contract::{ChannelHealth, CompassHealth, ResetReason};
 use rover_shared::knowledge::Knowledge;
 use rover_shared::motion::{Motion, Parameters as Chassis, WheelCommand};
 use rover_shared::parameters::{Coefficients, Parameters};
@@ -21,9 +22,7 @@ use rover_shared::supervisor::{Input, Loop, Supervisor};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::units::Micrometres;
 use rover_shared::wire::frame::{Decoder, Encoder, FrameError, MAX_FRAME};
-use rover_shared::wire::message::{
-    Ack, ChannelHealth, Command, CompassHealth, Report, ResetReason,
-};
+use rover_shared::wire::message::{Ack, Command, Report};
 
 use self::body::Body;
 use super::{Port, PortError};
@@ -195,7 +194,7 @@ impl Loopback {
         if self.rover.take_save(&mut watch).is_some() {
             let bytes = self.rover.knowledge_bytes();
             // Empty if it was calibrations, of which nothing is kept here.
-            let print = rover_shared::wire::transfer::fingerprint(bytes);
+            let print = rover_shared::checksum::fingerprint(bytes);
             if !bytes.is_empty() {
                 self.stored = bytes.to_vec();
             }

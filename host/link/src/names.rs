@@ -2,10 +2,11 @@
 //! short enough for the dashboard's panels. Sentences are put together from them where they are
 //! said.
 
-use rover_shared::sensing::Stimulus;
-use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, Fault, Mode, Outcome, ResetReason, State, Task,
+use rover_shared::contract::{
+    ChannelHealth, CompassHealth, Fault, Mode, Outcome, ResetReason, State, Task,
 };
+use rover_shared::sensing::Stimulus;
+use rover_shared::wire::message::Command;
 
 use crate::text;
 

@@ -1,6 +1,6 @@
 //! Why a rover refused, as a sentence with the next step.
 
-use rover_shared::wire::message::{ChannelHealth, CompassHealth, Refusal};
+use rover_shared::contract::{ChannelHealth, CompassHealth, Refusal};
 
 use crate::names;
 
@@ -139,8 +139,9 @@ fn compass(health: CompassHealth) -> (&'static str, &'static str) {
 
 #[cfg(test)]
 mod tests {
+    use rover_shared::contract::{Fault, Mode, Task};
     use rover_shared::units::Microdegrees;
-    use rover_shared::wire::message::{Command, Fault, Mode, Task};
+    use rover_shared::wire::message::Command;
 
     use super::*;
 

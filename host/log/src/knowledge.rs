@@ -5,8 +5,8 @@ pub mod summary;
 
 use std::path::Path;
 
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::knowledge::KnowledgeError;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::parameters::{Coefficients, Parameters};
 
 use crate::files;
@@ -38,7 +38,7 @@ pub enum FileError {
         /// The file.
         path: String,
         /// What is wrong with them.
-        error: rover_shared::parameters::ParameterError,
+        error: rover_shared::range_check::ParameterError,
     },
 }
 

@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::{Controller, StepRecord};
 use rover_shared::learning::Mode;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::perception::PatternCode;
 use rover_shared::random::Generator;
 use rover_shared::reward::FollowDirection;

@@ -3,8 +3,9 @@
 
 use std::collections::VecDeque;
 
+use rover_shared::contract::{Mode, Refusal, State};
 use rover_shared::time::{Duration, Instant};
-use rover_shared::wire::message::{Event, EventKind, Mode, Refusal, Report, State};
+use rover_shared::wire::message::{Event, EventKind, Report};
 
 use crate::arena::Arena;
 use crate::files::WriteError;

@@ -1,11 +1,12 @@
 //! Replaying: logged samples once more through the very core that met them first.
 
-use rover_shared::action::motor_map::PaperRule;
+use rover_shared::checksum::fingerprint;
 use rover_shared::controller::Controller;
 use rover_shared::knowledge::KnowledgeError;
-use rover_shared::parameters::{Coefficients, ParameterError};
+use rover_shared::learning::paper_rule::PaperRule;
+use rover_shared::parameters::Coefficients;
 use rover_shared::random::Generator;
-use rover_shared::wire::transfer::fingerprint;
+use rover_shared::range_check::ParameterError;
 use serde_json::Value;
 
 use crate::knowledge;

@@ -9,14 +9,13 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use rover_shared::contract::{self, Counters, Fault, Outcome, State};
 use rover_shared::controller::StepRecord;
 use rover_shared::learning::Mode;
 use rover_shared::rover::interrupts;
 use rover_shared::sensing::Sample;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{
-    self, ActionRecord, Counters, EventKind, Fault, Outcome, Report, State,
-};
+use rover_shared::wire::message::{self, ActionRecord, EventKind, Report};
 
 use super::arena::Arena;
 use super::message::Step;
@@ -281,7 +280,7 @@ impl Assembler<'_> {
             } => {
                 self.close();
                 let mode = match mode {
-                    message::Mode::Run => Mode::Run,
+                    contract::Mode::Run => Mode::Run,
                     _ => Mode::Learn,
                 };
                 self.open = Some(Session {
@@ -308,7 +307,7 @@ impl Assembler<'_> {
     fn state(&mut self, state: State) {
         let drives = matches!(
             state,
-            State::Driving(message::Mode::Learn | message::Mode::Run)
+            State::Driving(contract::Mode::Learn | contract::Mode::Run)
         );
         if let Some(session) = &mut self.open
             && !drives

@@ -1,6 +1,7 @@
 //! Parameter files: TOML that changes some of a preset's values.
 
-use rover_shared::parameters::{Coefficients, ParameterError, Parameters};
+use rover_shared::parameters::{Coefficients, Parameters};
+use rover_shared::range_check::ParameterError;
 
 /// Why a parameter file cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -61,7 +62,7 @@ pub fn overlay(preset: Parameters, text: &str) -> Result<Parameters, OverlayErro
 fn line_of(error: &ParameterError, text: &str) -> usize {
     let name = match error {
         ParameterError::OutOfRange { name, .. } | ParameterError::EmptyRange { name } => name,
-        ParameterError::RewardTooLarge => "reward.",
+        ParameterError::RewardTooLarge { .. } => "reward.",
         _ => "lattice.",
     };
     let (section, key) = name.split_once('.').unwrap_or((name, ""));

@@ -14,8 +14,9 @@
 //! What the board itself can do wrong, such as a task that hangs or a power cut, is not here but in
 //! the emulation.
 
-use rover_shared::action::motor_map::MotorWeights;
+use rover_shared::contract::{CompassHealth, Mode, Refusal, ResetReason, State, Task};
 use rover_shared::knowledge::Knowledge;
+use rover_shared::learning::paper_rule::MotorWeights;
 use rover_shared::motion::{Motion, Parameters as Chassis, WheelCommand};
 use rover_shared::parameters::Coefficients;
 use rover_shared::rover::{Identity, Observation, PERIOD, Rover, Staging};
@@ -24,9 +25,7 @@ use rover_shared::sensing::ir::{Fitted, IrArray, medians};
 use rover_shared::supervisor::{Input, Loop, Supervisor};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::SCHEMA_HASH;
-use rover_shared::wire::message::{
-    Command, CompassHealth, Mode, Refusal, Report, ResetReason, State, Task,
-};
+use rover_shared::wire::message::{Command, Report};
 
 use super::{CompassAnswer, Fault, SidePins, Vehicle};
 

@@ -1,10 +1,11 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{
-    CompassHealth, EventKind, Fault, Mode, Outcome, Refusal, ResetReason, State, Task,
+use rover_shared::contract::{
+    CompassHealth, Fault, Mode, Outcome, Refusal, ResetReason, State, Task,
 };
+use rover_shared::units::{Microdegrees, Micrometres};
+use rover_shared::wire::message::EventKind;
 
 use super::*;
 use crate::PortError;

@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use rover_shared::checksum::fingerprint;
 use rover_shared::parameters::Parameters;
 use rover_shared::sensing::Stimulus;
-use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 
 use crate::results;
@@ -58,7 +58,7 @@ impl Summary {
         let mut elements: Vec<_> = known.patterns.elements().iter().collect();
         elements.sort_by_key(|element| (std::cmp::Reverse(element.occurrences), element.code.0));
         let pattern = |element: &&rover_shared::action::pattern_vector::Element<_>| {
-            let memory: &rover_shared::action::motor_map::MotorWeights = &element.memory;
+            let memory: &rover_shared::learning::paper_rule::MotorWeights = &element.memory;
             Pattern {
                 code: element.code.0,
                 occurrences: element.occurrences,

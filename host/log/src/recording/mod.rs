@@ -28,8 +28,9 @@ mod writer;
 pub use reader::{Recorded, Recording, What};
 pub use writer::{RecordingWriter, Written};
 
+use rover_shared::contract::TEXT_BYTES;
 use rover_shared::time::Instant;
-use rover_shared::wire::message::{Command, TEXT_BYTES};
+use rover_shared::wire::message::Command;
 use serde::{Deserialize, Serialize};
 
 use super::message::LoggedPose;

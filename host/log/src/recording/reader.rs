@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use mcap::MAGIC;
 use mcap::records::MessageHeader;
+use rover_shared::checksum::fingerprint;
 use rover_shared::wire::message::Report;
-use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -1,7 +1,8 @@
 //! JSON Schemas of a recording's messages. Units stand in the descriptions: the messages are those
 //! of the wire, whose types carry them.
 
-use rover_shared::wire::message::{CHUNK_BYTES, Fault};
+use rover_shared::contract::Fault;
+use rover_shared::wire::message::CHUNK_BYTES;
 use serde_json::{Map, Value, json};
 
 use super::Topic;

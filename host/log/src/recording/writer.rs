@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, WriteOptions, Writer};
+use rover_shared::checksum::fingerprint;
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::PROTOCOL_VERSION;
 use rover_shared::wire::message::Report;
-use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 
 use super::{

@@ -1,6 +1,7 @@
 //! `rover arm`
 
-use rover_shared::wire::message::{Command, State};
+use rover_shared::contract::State;
+use rover_shared::wire::message::Command;
 
 use super::port::PortArguments;
 use super::{Failure, print, print_json};

@@ -2,13 +2,12 @@
 
 use std::str::FromStr;
 
+use rover_shared::contract::{CURVE_POINTS, Calibration, ChannelHealth, CompassHealth, CurvePoint};
 use rover_shared::motion::Parameters as Chassis;
 use rover_shared::sensing::ir::curve::RangeCurve;
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{
-    CURVE_POINTS, Calibration, ChannelHealth, Command, CompassHealth, CurvePoint,
-};
+use rover_shared::wire::message::Command;
 use serde_json::json;
 
 use super::port::PortAndFormat;

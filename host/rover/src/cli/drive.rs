@@ -1,8 +1,9 @@
 //! `rover drive`
 
+use rover_shared::contract::{Mode, Outcome, State};
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{Command, EventKind, Mode, Outcome, Report, State};
+use rover_shared::wire::message::{Command, EventKind, Report};
 
 use super::interrupt::Interrupt;
 use super::port::PortArguments;

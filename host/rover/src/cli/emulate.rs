@@ -6,8 +6,9 @@ use std::rc::Rc;
 use std::time;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use rover_shared::contract::State;
 use rover_shared::time::Duration;
-use rover_shared::wire::message::{Report, State};
+use rover_shared::wire::message::Report;
 use serde::Serialize;
 
 use super::emulated::{self, FIRMWARE, SETTLING, read_firmware, rover_in};

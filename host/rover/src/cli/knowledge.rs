@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use rover_shared::checksum::fingerprint;
 use rover_shared::parameters::Parameters;
 use rover_shared::wire::message::Command;
-use rover_shared::wire::transfer::fingerprint;
 use serde_json::json;
 
 use super::port::PortAndFormat;

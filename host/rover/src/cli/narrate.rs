@@ -1,6 +1,7 @@
 //! What a rover says, as lines for people.
 
-use rover_shared::wire::message::{Event, EventKind, Fault, Hello, Report};
+use rover_shared::contract::Fault;
+use rover_shared::wire::message::{Event, EventKind, Hello, Report};
 
 use rover_link::{names, text};
 

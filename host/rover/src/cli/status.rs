@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use rover_shared::wire::message::{Fault, Hello, Status};
+use rover_shared::contract::Fault;
+use rover_shared::wire::message::{Hello, Status};
 use serde::Serialize;
 
 use super::port::PortArguments;

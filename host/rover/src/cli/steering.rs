@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use rover_shared::contract::{Mode, State, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, Event, EventKind, Mode, Report, State, Task};
+use rover_shared::wire::message::{Command, Event, EventKind, Report};
 use serde::Serialize;
 
 use super::interrupt::Interrupt;

@@ -1,8 +1,8 @@
 //! `rover task`
 
+use rover_shared::contract::{State, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{State, Task};
 
 use super::interrupt::Interrupt;
 use super::port::PortArguments;

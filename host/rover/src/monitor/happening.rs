@@ -1,6 +1,7 @@
 //! What a dashboard is told, wherever it comes from.
 
-use rover_shared::wire::message::{Command, Refusal, Report};
+use rover_shared::contract::Refusal;
+use rover_shared::wire::message::{Command, Report};
 
 use rover_link::Counters;
 use rover_log::Entry;

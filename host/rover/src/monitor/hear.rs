@@ -2,12 +2,10 @@
 
 use std::time::Duration;
 
+use rover_shared::contract::{ChannelHealth, CompassHealth, Counters, Refusal, State, Task};
 use rover_shared::sensing::Sample;
 use rover_shared::sensing::ir::FRONT_RIGHT;
-use rover_shared::wire::message::{
-    ActionRecord, ChannelHealth, Command, CompassHealth, Counters, EventKind, Hello, Refusal,
-    Report, State, Status, Task,
-};
+use rover_shared::wire::message::{ActionRecord, Command, EventKind, Hello, Report, Status};
 
 use super::happening::{Connection, Happening, Origin};
 use super::model::{Action, Dashboard, HISTORY, Kind, Knowledge, Moment, Readings, Session, Why};
@@ -359,7 +357,7 @@ impl Dashboard {
             self.session = Some(Session {
                 mode: None,
                 seed: *seed,
-                knowledge: rover_shared::wire::transfer::fingerprint(knowledge),
+                knowledge: rover_shared::checksum::fingerprint(knowledge),
             });
         }
     }

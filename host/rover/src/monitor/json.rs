@@ -8,8 +8,8 @@
 
 use std::time::Duration;
 
+use rover_shared::checksum::fingerprint;
 use rover_shared::wire::message::Report;
-use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 use serde_json::{Value, json};
 

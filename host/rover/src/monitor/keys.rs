@@ -1,8 +1,9 @@
 //! What each key means.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use rover_shared::contract::{Mode, Task};
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, Mode, Task};
+use rover_shared::wire::message::Command;
 
 use super::source::Control;
 use rover_link::text::parse_compass;

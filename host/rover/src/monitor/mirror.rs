@@ -6,12 +6,12 @@
 //! been met is unknown until something is learned of it.
 
 use rover_shared::action::pattern_vector::CAPACITY;
+use rover_shared::checksum::fingerprint;
 use rover_shared::controller::{Familiarity, Learned, Perceived, StepRecord};
 use rover_shared::learning::Memory;
 use rover_shared::perception::PatternCode;
 use rover_shared::sensing::neuron::{Activation, SensingNeuron};
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::transfer::fingerprint;
 
 use rover_log::knowledge;
 

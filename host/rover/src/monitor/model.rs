@@ -4,12 +4,13 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::time::Duration;
 
+use rover_shared::contract::{
+    ChannelHealth, CompassHealth, Counters, Mode, Outcome, Refusal, State, Task,
+};
 use rover_shared::controller::StepRecord;
 use rover_shared::sensing::Sample;
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, Counters, Hello, Mode, Outcome, Refusal, State, Task,
-};
+use rover_shared::wire::message::{Command, Hello};
 
 use super::happening::{Connection, Playback};
 use super::mirror::Mirror;

@@ -3,10 +3,11 @@
 
 use std::time::Duration;
 
+use rover_shared::contract::{Mode, Task};
 use rover_shared::controller::Familiarity;
 use rover_shared::sensing::Stimulus;
 use rover_shared::sensing::neuron::Activation;
-use rover_shared::wire::message::{Command, Mode, Task};
+use rover_shared::wire::message::Command;
 
 use super::happening::Happening;
 use super::keys::{Meaning, direction};
@@ -243,7 +244,7 @@ fn counters(dashboard: &Dashboard) -> String {
         "{} frames lost, {} damaged, {} reports unread, {} actions missed, {} reconnections",
         frames.lost, frames.damaged, frames.unread, dashboard.missed, frames.reconnected
     );
-    for fault in rover_shared::wire::message::Fault::ALL {
+    for fault in rover_shared::contract::Fault::ALL {
         match dashboard.counters.of(fault) {
             0 => {}
             count => text.push_str(&format!(", {} {count}", names::fault(fault))),

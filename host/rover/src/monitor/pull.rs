@@ -92,7 +92,8 @@ impl Pull {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rover_shared::wire::transfer::{chunk_at, fingerprint};
+    use rover_shared::checksum::fingerprint;
+    use rover_shared::wire::transfer::chunk_at;
 
     fn offset(command: Option<Command>) -> Option<u32> {
         match command? {

@@ -1,8 +1,8 @@
 //! Tests: a controller that no longer learns, in arenas it has never met.
 
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::Controller;
 use rover_shared::learning::Mode;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::parameters::Coefficients;
 use rover_shared::random::Generator;
 use serde::Serialize;

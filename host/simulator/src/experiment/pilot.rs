@@ -1,9 +1,9 @@
 //! Who steers the robot of a trial.
 
 use rover_shared::action::Action;
-use rover_shared::action::motor_map::{MotorWeights, PaperRule};
 use rover_shared::controller::{Controller, Learned, StepRecord};
 use rover_shared::knowledge::Knowledge;
+use rover_shared::learning::paper_rule::{MotorWeights, PaperRule};
 use rover_shared::reward::{AimAtTarget, FollowDirection, Task};
 use rover_shared::sensing::Sample;
 use rover_shared::units::Microdegrees;

@@ -1,8 +1,8 @@
 //! A learning session: from nothing, over many trials, each in an arena of its own (III-B).
 
-use rover_shared::action::motor_map::PaperRule;
 use rover_shared::controller::Controller;
 use rover_shared::learning::Mode;
+use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::parameters::Coefficients;
 use rover_shared::random::Generator;
 

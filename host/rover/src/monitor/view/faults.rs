@@ -3,7 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use rover_shared::wire::message::{Fault, State};
+use rover_shared::contract::{Fault, State};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;

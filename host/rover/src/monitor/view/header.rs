@@ -3,7 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Modifier, Style};
-use rover_shared::wire::message::State;
+use rover_shared::contract::State;
 
 use super::look::{Look, Panel};
 use crate::monitor::happening::{Connection, Playback};

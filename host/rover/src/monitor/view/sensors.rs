@@ -3,7 +3,7 @@
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use rover_shared::wire::message::{ChannelHealth, CompassHealth};
+use rover_shared::contract::{ChannelHealth, CompassHealth};
 
 use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;
