@@ -22,11 +22,14 @@ mod write;
 
 pub use write::{Progress, Write, WriteError};
 
+use crate::time::Duration;
 use crate::wire::CRC32;
 use crate::wire::transfer::{digest, fingerprint};
 
 /// Bytes that are erased together.
 pub const SECTOR: u32 = 4_096;
+/// How long the erasure of a sector takes at worst (W25Q16JV data sheet, 9.6, tSE).
+pub const LONGEST_ERASURE: Duration = Duration::from_millis(400);
 /// Bytes that are programmed together.
 pub const PAGE: usize = 256;
 /// Writes until the flash may be worn out: 100,000 erasures of either slot.
