@@ -1,35 +1,36 @@
-//! Which pin is what: the only place where pins are named. The table in `README.md` says the same,
-//! and `tests/wiring.rs` compares them.
-//!
-//! All signals lie on GPIO 0 to 7 and 26 to 29, which the Waveshare RP2040-Zero and the Pimoroni
-//! Tiny 2040 bring out; so does the Raspberry Pi Pico, but for GPIO 29 (feature `pico`).
+//! The board that the firmware is built for, and its pins: gives every part of the rover those that
+//! the board's description in `firmware/boards` names.
 
 use embassy_rp::adc::Channel;
-use embassy_rp::gpio::{Level, Output, Pull};
-use embassy_rp::pac;
-use embassy_rp::peripherals::{ADC, DMA_CH0, FLASH, I2C1, PIN_6, PIN_7, USB, WATCHDOG};
-use embassy_rp::pwm::{self, Pwm};
-use embassy_rp::{Peri, Peripherals};
-use rover_shared::motion::{Parameters, WheelCommand};
+use embassy_rp::gpio::{AnyPin, Level, Output, Pull};
+use embassy_rp::peripherals::{self, ADC, DMA_CH0, FLASH, I2C1, USB, WATCHDOG};
+use embassy_rp::{Peri, PeripheralType, Peripherals};
+use heapless::Vec;
+use rover_boards::Pin;
+use rover_shared::motion::Parameters;
 use rover_shared::rover::Identity;
-use rover_shared::sensing::ir::Fitted;
 use rover_shared::sensing::ir::curve::RangeCurve;
+use rover_shared::sensing::ir::{CHANNELS, Fitted};
 
-/// How the board calls itself.
+// `BOARD`, of the board that the build's features name.
+include!(concat!(env!("OUT_DIR"), "/board.rs"));
+
+/// How the board introduces itself.
 pub const IDENTITY: Identity = Identity {
-    board: if cfg!(feature = "pico") {
-        "raspberry-pi-pico"
-    } else {
-        "rp2040-four-adc"
-    },
+    board: BOARD.name(),
     firmware: concat!("rover-firmware ", env!("CARGO_PKG_VERSION")),
 };
 
-/// The range sensors that can be connected.
-pub const FITTED: Fitted = if cfg!(feature = "pico") {
-    Fitted::FrontSingle
-} else {
-    Fitted::FrontPair
+/// The range sensors that are fitted.
+pub const FITTED: Fitted = match BOARD.ranges {
+    [_, Some(_), ..] => Fitted::FrontPair,
+    [_, None, ..] => Fitted::FrontSingle,
+};
+
+/// How many range sensors are fitted.
+pub const CONNECTED: usize = match FITTED {
+    Fitted::FrontPair => 4,
+    Fitted::FrontSingle => 3,
 };
 
 /// Their curve until they are calibrated.
@@ -42,19 +43,16 @@ pub const CURVE: RangeCurve = if cfg!(feature = "gp2y0a21") {
 /// The chassis, until it is calibrated.
 pub const CHASSIS: Parameters = Parameters::LYNXMOTION_4WD2;
 
-/// Flash of the smallest of the boards; `memory.x` divides it.
-pub const FLASH_SIZE: usize = 2 * 1024 * 1024;
-
 /// Everything the rover is made of.
-pub struct Board {
+pub struct Parts {
     /// Both sides' motors.
-    pub motors: Motors,
+    pub motors: MotorPins,
     /// The range sensors.
     pub ranges: Ranges,
     /// The compass's bus.
     pub compass: CompassBus,
-    /// The light.
-    pub led: Led,
+    /// The light, where there is one.
+    pub led: Option<Output<'static>>,
     /// The host's connection.
     pub usb: Peri<'static, USB>,
     /// Where knowledge is kept.
@@ -63,87 +61,61 @@ pub struct Board {
     pub watchdog: Peri<'static, WATCHDOG>,
 }
 
-/// Range sensors that are connected.
-pub const CONNECTED: usize = match FITTED {
-    Fitted::FrontPair => 4,
-    Fitted::FrontSingle => 3,
-};
+/// The motor driver's pins, of the left and of the right side.
+pub struct MotorPins {
+    /// The PWM slice of both sides.
+    pub slice: Taken<Slice<{ BOARD.left.slice() }>>,
+    /// Its channel A.
+    pub left: Taken<Gpio<{ BOARD.left.pwm }>>,
+    /// Its channel B.
+    pub right: Taken<Gpio<{ BOARD.right.pwm }>>,
+    /// Forward and reverse.
+    pub directions: [[Output<'static>; 2]; 2],
+}
 
 /// The range sensors and their converter.
 pub struct Ranges {
     /// The converter.
     pub adc: Peri<'static, ADC>,
-    /// What carries its results to memory.
+    /// The DMA channel for its results.
     pub dma: Peri<'static, DMA_CH0>,
-    /// The sensors: ahead (on the left, on the right of two), left, right. Their pins ascend, for
-    /// the converter goes round them in that order.
-    pub channels: [Channel<'static>; CONNECTED],
+    /// The sensors that are fitted: ahead (on the left, on the right of two), left, right. Their
+    /// pins ascend, as the converter samples them.
+    pub channels: Vec<Channel<'static>, CHANNELS>,
 }
 
-/// The compass's pins and their controller; concrete types, since drivers come and go on them.
+/// The compass's pins and their controller; concrete types, since drivers are made on them anew.
 pub struct CompassBus {
     /// The controller.
     pub i2c: Peri<'static, I2C1>,
     /// Data.
-    pub sda: Peri<'static, PIN_6>,
+    pub sda: Taken<Gpio<{ BOARD.compass.sda }>>,
     /// Clock.
-    pub scl: Peri<'static, PIN_7>,
+    pub scl: Taken<Gpio<{ BOARD.compass.scl }>>,
 }
 
-impl Board {
-    /// Hands every part its pins; the motors are off.
+impl Parts {
+    /// Gives every part its pins; the motors are off.
     pub fn new(p: Peripherals) -> Self {
-        let left_pwm = p.PIN_0;
-        let right_pwm = p.PIN_1;
-        let left_forward = Output::new(p.PIN_2, Level::Low);
-        let left_reverse = Output::new(p.PIN_3, Level::Low);
-        let right_forward = Output::new(p.PIN_4, Level::Low);
-        let right_reverse = Output::new(p.PIN_5, Level::Low);
-        let sda = p.PIN_6;
-        let scl = p.PIN_7;
-        // Without pulls: an open cable is told by the resistor outside, see README.md.
-        let front_left = Channel::new_pin(p.PIN_26, Pull::None);
-        #[cfg(not(feature = "pico"))]
-        let front_right = Channel::new_pin(p.PIN_27, Pull::None);
-        #[cfg(not(feature = "pico"))]
-        let left = Channel::new_pin(p.PIN_28, Pull::None);
-        #[cfg(not(feature = "pico"))]
-        let right = Channel::new_pin(p.PIN_29, Pull::None);
-        #[cfg(feature = "pico")]
-        let left = Channel::new_pin(p.PIN_27, Pull::None);
-        #[cfg(feature = "pico")]
-        let right = Channel::new_pin(p.PIN_28, Pull::None);
-        #[cfg(feature = "pico")]
-        let led = Output::new(p.PIN_25, Level::Low);
-
-        let mut config = pwm::Config::default();
-        config.top = PWM_TOP;
         Self {
-            motors: Motors {
-                pwm: Pwm::new_output_ab(p.PWM_SLICE0, left_pwm, right_pwm, config.clone()),
-                config,
-                directions: [[left_forward, left_reverse], [right_forward, right_reverse]],
+            motors: MotorPins {
+                slice: take::<Slice<{ BOARD.left.slice() }>>(),
+                left: take::<Gpio<{ BOARD.left.pwm }>>(),
+                right: take::<Gpio<{ BOARD.right.pwm }>>(),
+                directions: [BOARD.left, BOARD.right]
+                    .map(|side| [side.forward, side.reverse].map(output)),
             },
             ranges: Ranges {
                 adc: p.ADC,
                 dma: p.DMA_CH0,
-                channels: [
-                    front_left,
-                    #[cfg(not(feature = "pico"))]
-                    front_right,
-                    left,
-                    right,
-                ],
+                channels: BOARD.ranges.into_iter().flatten().map(range).collect(),
             },
             compass: CompassBus {
                 i2c: p.I2C1,
-                sda,
-                scl,
+                sda: take::<Gpio<{ BOARD.compass.sda }>>(),
+                scl: take::<Gpio<{ BOARD.compass.scl }>>(),
             },
-            led: Led {
-                #[cfg(feature = "pico")]
-                pin: led,
-            },
+            led: BOARD.led.map(output),
             usb: p.USB,
             flash: p.FLASH,
             watchdog: p.WATCHDOG,
@@ -151,76 +123,68 @@ impl Board {
     }
 }
 
-/// The PWM slice of GPIO 0 and 1: one register holds both duties, so one write stops both sides.
-const MOTOR_SLICE: usize = 0;
-/// The two PWM pins.
-const MOTOR_PWM_PINS: [usize; 2] = [0, 1];
-
-/// 125 MHz / 6,250 = 20 kHz: above hearing, below the 100 kHz a TB6612FNG stands. (For an L298N,
-/// whose switching losses grow above some kHz, 20 kHz still is within its 40 kHz.)
-const PWM_TOP: u16 = 6_249;
-
-/// Both sides' motors.
-pub struct Motors {
-    pwm: Pwm<'static>,
-    config: pwm::Config,
-    /// Forward and reverse, of the left and of the right side.
-    directions: [[Output<'static>; 2]; 2],
+/// An output, low at first.
+fn output(pin: Pin) -> Output<'static> {
+    // SAFETY: as in `take`.
+    Output::new(unsafe { AnyPin::steal(pin) }, Level::Low)
 }
 
-impl Motors {
-    /// Applies a command.
-    pub fn apply(&mut self, command: WheelCommand) {
-        let duties = [command.left(), command.right()];
-        for (pins, duty) in self.directions.iter_mut().zip(duties) {
-            let [forward, reverse] = pins;
-            forward.set_level((duty > 0).into());
-            reverse.set_level((duty < 0).into());
+/// A range sensor's input, without pulls: the resistor outside tells an open cable, see README.md.
+fn range(pin: Pin) -> Channel<'static> {
+    match pin {
+        26 => Channel::new_pin(take::<Gpio<26>>(), Pull::None),
+        27 => Channel::new_pin(take::<Gpio<27>>(), Pull::None),
+        28 => Channel::new_pin(take::<Gpio<28>>(), Pull::None),
+        // 29: `Board::check` lets no other pass.
+        _ => Channel::new_pin(take::<Gpio<29>>(), Pull::None),
+    }
+}
+
+/// A pin or a PWM slice, for the one who uses it.
+pub type Taken<N> = Peri<'static, <N as Numbered>::Peripheral>;
+
+/// Takes a pin or a PWM slice by its number.
+fn take<N: Numbered>() -> Taken<N> {
+    // SAFETY: only `Parts::new` takes anything, once, since it consumes the only `Peripherals`, of
+    // which it leaves pins and slices alone; and `Board::check` has found no pin with two signals.
+    unsafe { N::steal() }
+}
+
+/// A pin or PWM slice whose number selects its type, so that embassy-rp's drivers take only those
+/// that the chip connects with them.
+pub trait Numbered {
+    /// Its type.
+    type Peripheral: PeripheralType;
+
+    /// Makes it from nothing.
+    ///
+    /// # Safety
+    /// Nobody else uses it.
+    unsafe fn steal() -> Peri<'static, Self::Peripheral>;
+}
+
+/// A pin.
+pub struct Gpio<const N: Pin>;
+
+/// A PWM slice.
+pub struct Slice<const N: u8>;
+
+macro_rules! numbered {
+    ($kind:ident: $($number:literal $name:ident),+) => { $(
+        impl Numbered for $kind<$number> {
+            type Peripheral = peripherals::$name;
+
+            unsafe fn steal() -> Peri<'static, Self::Peripheral> {
+                // SAFETY: the caller's promise is the same.
+                unsafe { peripherals::$name::steal() }
+            }
         }
-        let [left, right] = duties.map(compare);
-        self.config.compare_a = left;
-        self.config.compare_b = right;
-        self.pwm.set_config(&self.config);
-    }
+    )+ };
 }
 
-/// The compare value for a duty in per mille.
-fn compare(duty: i16) -> u16 {
-    let full = u32::from(PWM_TOP) + 1;
-    (u32::from(duty.unsigned_abs()) * full / WheelCommand::FULL.unsigned_abs() as u32) as u16
-}
-
-/// Sets both duties to 0, from wherever: one write to one register, in force when the counter next
-/// wraps, 50 us later at most.
-pub fn motors_off() {
-    pac::PWM
-        .ch(MOTOR_SLICE)
-        .cc()
-        .write_value(pac::pwm::regs::ChCc(0));
-}
-
-/// Takes the PWM pins away from whatever drives them, for when nothing can be relied upon any more.
-/// Only a reset gives them back.
-pub fn motors_dead() {
-    motors_off();
-    for pin in MOTOR_PWM_PINS {
-        let ctrl = pac::IO_BANK0.gpio(pin).ctrl();
-        ctrl.modify(|w| w.set_outover(pac::io::vals::Outover::LOW));
-    }
-}
-
-/// The board's light, where there is a plain one.
-pub struct Led {
-    #[cfg(feature = "pico")]
-    pin: Output<'static>,
-}
-
-impl Led {
-    /// Switches it.
-    pub fn set(&mut self, on: bool) {
-        #[cfg(feature = "pico")]
-        self.pin.set_level(on.into());
-        #[cfg(not(feature = "pico"))]
-        let _ = on;
-    }
-}
+numbered!(Gpio: 0 PIN_0, 1 PIN_1, 2 PIN_2, 3 PIN_3, 4 PIN_4, 5 PIN_5, 6 PIN_6, 7 PIN_7, 8 PIN_8,
+    9 PIN_9, 10 PIN_10, 11 PIN_11, 12 PIN_12, 13 PIN_13, 14 PIN_14, 15 PIN_15, 16 PIN_16, 17 PIN_17,
+    18 PIN_18, 19 PIN_19, 20 PIN_20, 21 PIN_21, 22 PIN_22, 23 PIN_23, 24 PIN_24, 25 PIN_25,
+    26 PIN_26, 27 PIN_27, 28 PIN_28, 29 PIN_29);
+numbered!(Slice: 0 PWM_SLICE0, 1 PWM_SLICE1, 2 PWM_SLICE2, 3 PWM_SLICE3, 4 PWM_SLICE4,
+    5 PWM_SLICE5, 6 PWM_SLICE6, 7 PWM_SLICE7);

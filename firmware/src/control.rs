@@ -1,22 +1,25 @@
-//! Lets the rover go on by one control period every 20 ms.
+//! Steps the rover by one control period every 20 ms, and drives the status light.
 
 use core::cell::RefCell;
 
+use embassy_rp::gpio::Output;
 use embassy_time::Ticker;
 use rover_shared::contract::State;
 use rover_shared::rover::{PERIOD, Rover, Supervision};
 use rover_shared::supervisor::{Input, Loop};
 
-use crate::board::Led;
 use crate::guard::Watch;
-use crate::{drive, guard, link, sense};
+use crate::{drive, guard, reports, sense};
 
-/// Periods that the light is on and off when a fault stands: 5 Hz.
+/// Periods that the light is on, and off, while a fault is active: it blinks at 5 Hz.
 const BLINK: u32 = 5;
 
-/// Controls for ever.
+/// Runs the control loop; never returns.
 #[embassy_executor::task]
-pub async fn control(rover: &'static RefCell<Rover<'static>>, mut led: Led) -> ! {
+pub async fn control(
+    rover: &'static RefCell<Rover<'static>>,
+    mut led: Option<Output<'static>>,
+) -> ! {
     let mut ticker = Ticker::every(guard::duration(PERIOD));
     let mut periods = 0u32;
     loop {
@@ -28,17 +31,20 @@ pub async fn control(rover: &'static RefCell<Rover<'static>>, mut led: Led) -> !
             let talks = rover.talks();
             rover.step(guard::now(), &seen, &mut Watch, &mut |report| {
                 if talks {
-                    link::report(report);
+                    reports::report(report);
                 }
             })
         };
         drive::COMMAND.signal(command);
-        link::tell_drops();
+        reports::tell_drops();
         periods = periods.wrapping_add(1);
-        led.set(match Watch.view().state {
+        let lit = match Watch.view().state {
             State::Disarmed => false,
             State::Armed | State::Driving(_) => true,
             State::Faulted(_) => (periods / BLINK).is_multiple_of(2),
-        });
+        };
+        if let Some(led) = &mut led {
+            led.set_level(lit.into());
+        }
     }
 }

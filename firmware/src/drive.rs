@@ -1,4 +1,4 @@
-//! Applies wheel commands, as far as the supervisor lets them pass.
+//! Applies wheel commands, as far as the supervisor permits.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -8,11 +8,11 @@ use embassy_time::{Duration, with_timeout};
 use rover_shared::motion::WheelCommand;
 use rover_shared::supervisor::{Input, Loop};
 
-use crate::board::Motors;
 use crate::guard;
+use crate::motors::Motors;
 
-/// How long a command holds: control gives one every 20 ms, and takes some 30 ms more at the start
-/// of a session. (Without this the guard would stop the motors, 200 ms after control fell silent.)
+/// How long a command is valid: control sends one every 20 ms, and takes some 30 ms more at the start
+/// of a session. (Without this the guard would stop the motors, 200 ms after control went silent.)
 const HOLD: Duration = Duration::from_millis(60);
 
 /// The latest command.
@@ -25,7 +25,7 @@ pub fn driven() -> bool {
     DRIVEN.load(Ordering::Relaxed)
 }
 
-/// Applies commands for ever.
+/// Applies commands; never returns.
 #[embassy_executor::task]
 pub async fn drive(mut motors: Motors) -> ! {
     loop {

@@ -1,4 +1,5 @@
-//! How a run ends: motors off first, then a text that the next run reports, then a reset.
+//! What a panic, a hard fault or a task that cannot be spawned does: motors off first, then a text
+//! (the last words) into memory that survives a reset, then the reset. The next run reports the text.
 
 use core::mem::MaybeUninit;
 use core::panic::{Location, PanicInfo};
@@ -11,20 +12,21 @@ use heapless::String;
 use rover_shared::contract::{ResetReason, TEXT_BYTES};
 use rover_shared::last_words::{Cause, LastWords, Text};
 
-use crate::board;
+use crate::motors;
 
-/// Lies where no start-up code clears it; any bits are allowed, the checksum tells.
+/// In memory that no start-up code clears. Any bits are valid: the checksum tells whether it holds a
+/// text.
 // SAFETY: `.uninit` is RAM that the linker script of cortex-m-rt sets aside for just this, and
 // `MaybeUninit` asks nothing of its contents.
 #[unsafe(link_section = ".uninit.LAST_WORDS")]
 static mut LAST_WORDS: MaybeUninit<LastWords> = MaybeUninit::uninit();
 
-/// Why the board started, and what the run before said at its end. Only the first call finds words.
+/// Returns why the board started, and the last words of the run before, which it clears.
 pub fn reset_reason(watchdog: &Watchdog) -> (ResetReason, Option<String<TEXT_BYTES>>) {
     let place = (&raw mut LAST_WORDS).cast::<LastWords>();
-    // SAFETY: the place is valid, aligned, and of integers only, which any bits are; nobody else
-    // uses it, for handlers that do never return. Volatile, so that nothing is assumed of memory
-    // that was never written in this run.
+    // SAFETY: the place is valid, aligned, and made of integers, for which any bits are valid; the
+    // handlers that also use it never return. Volatile, so that nothing is assumed of memory that
+    // was never written in this run.
     let words = unsafe {
         let words = place.read_volatile();
         place.write_volatile(LastWords::NONE);
@@ -44,19 +46,18 @@ pub fn reset_reason(watchdog: &Watchdog) -> (ResetReason, Option<String<TEXT_BYT
     (reason, text)
 }
 
-/// Comes first, whatever else is broken.
+/// Stops the motors: first, whatever else is broken.
 fn stop() {
     cortex_m::interrupt::disable();
-    board::motors_dead();
+    motors::cut_off();
 }
 
-/// Keeps the words and resets the board.
+/// Stores the last words and resets the board.
 fn end(cause: Cause, text: &Text) -> ! {
     let place = (&raw mut LAST_WORDS).cast::<LastWords>();
-    // SAFETY: as in `reset_reason`; interrupts are masked and core 1 sleeps, so nobody else is
-    // under way.
+    // SAFETY: as in `reset_reason`; interrupts are masked and core 1 sleeps, so nothing else runs.
     unsafe { place.write_volatile(LastWords::new(cause, text)) };
-    // SAFETY: whoever holds the watchdog does not go on after this.
+    // SAFETY: the owner of the watchdog does not run any more.
     let mut watchdog = Watchdog::new(unsafe { WATCHDOG::steal() });
     watchdog.trigger_reset();
     loop {
@@ -64,8 +65,15 @@ fn end(cause: Cause, text: &Text) -> ! {
     }
 }
 
-/// Passes only the place on, inlined, so that the compiler sees that nobody looks at the message: then
-/// it leaves out all messages, and with them the machinery that formats them (4 KB).
+/// Ends the run because a task cannot be spawned.
+pub fn not_spawned(task: &str) -> ! {
+    stop();
+    let text = Text::new().text("cannot spawn task ").text(task);
+    end(Cause::Panic, &text)
+}
+
+/// Passes only the location on, inlined, so that the compiler sees that no message is used: then it
+/// leaves out all messages, and the code that formats them (4 KB).
 #[expect(
     unused_attributes,
     reason = "an exported function is not inlined elsewhere, but it is within core"

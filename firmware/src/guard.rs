@@ -1,9 +1,9 @@
 //! The guard: an interrupt of its own that asks the supervisor every 10 ms whether the motors may
 //! run, switches them off if not, and feeds the hardware watchdog.
 //!
-//! It needs no task to be alive. It uses alarm 1 of the timer (Embassy's clock uses alarm 0) at the
-//! highest priority. Should even it fall silent, with interrupts masked for good, then the watchdog
-//! resets the board, and a reset switches the motors off.
+//! It depends on no task. It uses alarm 1 of the timer (Embassy's clock uses alarm 0) at the highest
+//! priority. Should even it stop, because interrupts stay masked, the watchdog resets the board, and a
+//! reset switches the motors off.
 
 use core::cell::RefCell;
 
@@ -19,7 +19,7 @@ use rover_shared::rover::{Supervision, View};
 use rover_shared::supervisor::{GUARD_PERIOD, HARDWARE_WATCHDOG, Input, Supervisor};
 use rover_shared::time::Instant;
 
-use crate::board;
+use crate::motors;
 
 /// The timer's alarm.
 const ALARM: usize = 1;
@@ -44,14 +44,14 @@ pub const fn duration(span: rover_shared::time::Duration) -> embassy_time::Durat
     embassy_time::Duration::from_micros(span.0)
 }
 
-/// Begins to watch: from now on all loops have to be alive.
+/// Starts the guard: from now on every loop has to report within its time.
 pub fn start(reset: ResetReason, watchdog: Watchdog) {
     GUARD.lock(|guard| {
         let mut guard = guard.borrow_mut();
         guard.supervisor = Supervisor::new(now(), reset);
         guard.watchdog = Some(watchdog);
     });
-    // The others' priority is the highest after a reset, too: at that they would not let us in.
+    // After a reset all priorities are the highest: at that, the others could not be interrupted.
     interrupt::TIMER_IRQ_0.set_priority(Priority::P1);
     interrupt::USBCTRL_IRQ.set_priority(Priority::P2);
     interrupt::I2C1_IRQ.set_priority(Priority::P2);
@@ -75,7 +75,7 @@ fn set_alarm() {
         let due = pac::TIMER.timerawl().read().wrapping_add(period);
         pac::TIMER.alarm(ALARM).write_value(due);
         // The alarm only compares for equality: set too late it would fire in 72 minutes. Nothing
-        // should hold this up for a period; if something did, try again.
+        // should delay this by a period; if something did, try again.
         let left = due.wrapping_sub(pac::TIMER.timerawl().read());
         if left <= period && left > 0 {
             return;
@@ -95,7 +95,7 @@ fn TIMER_IRQ_1() {
         } = &mut *guard.borrow_mut();
         supervisor.poll(now());
         if !supervisor.motors_enabled() {
-            board::motors_off();
+            motors::off();
         }
         if supervisor.feed_watchdog()
             && let Some(watchdog) = watchdog
@@ -113,8 +113,8 @@ pub fn tell(input: Input) {
     debug_assert_eq!(told, Ok(()));
 }
 
-/// Passes what the supervisor lets through of a wheel command on to `apply`, so that no verdict of
-/// the guard can come between asking and doing.
+/// Calls `apply` with what the supervisor permits of a wheel command, so that no decision of the guard
+/// can come between asking and applying.
 pub fn gated(command: WheelCommand, apply: impl FnOnce(WheelCommand)) {
     GUARD.lock(|guard| {
         let mut guard = guard.borrow_mut();
@@ -127,15 +127,15 @@ pub fn gated(command: WheelCommand, apply: impl FnOnce(WheelCommand)) {
 pub struct Watch;
 
 impl Watch {
-    /// Asks or tells the supervisor. Whatever takes the motors' permission away has switched them off
-    /// when this returns, not only when the guard next looks: a write to the flash, which may follow
-    /// a disarming at once, masks the guard's interrupt for up to 400 ms.
+    /// Calls `f` with the supervisor. If that withdraws the motors' permission, they are off when this
+    /// returns, not only at the guard's next interrupt: a write to the flash, which may follow a
+    /// disarming at once, masks that for up to 400 ms.
     fn with<R>(f: impl FnOnce(&mut (Instant, &mut Supervisor)) -> R) -> R {
         GUARD.lock(|guard| {
             let supervisor = &mut guard.borrow_mut().supervisor;
             let answer = f(&mut (now(), supervisor));
             if !supervisor.motors_enabled() {
-                board::motors_off();
+                motors::off();
             }
             answer
         })

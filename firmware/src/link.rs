@@ -1,97 +1,45 @@
 //! The host's connection: frames over USB CDC-ACM.
 //!
-//! Reports wait in bounded queues and are dropped, and counted, if these are full. Nothing is sent
-//! unless somebody has opened the port (DTR), and no write waits longer than [`WRITE_TIMEOUT`]: on
-//! the RP2040 the program cannot see the cable being pulled (the bus's voltage is not wired to the
-//! controller), a write would wait for ever.
+//! Nothing is sent unless somebody has opened the port (DTR), and no write waits longer than
+//! [`WRITE_TIMEOUT`]: on the RP2040 the program cannot see the cable being pulled (the bus's voltage
+//! is not wired to the controller), a write would wait for ever.
 //!
 //! Erratum RP2040-E15 (the USB controller can hang after a bus error in an IN transfer) is not worked
 //! around by embassy-rp's driver. If it strikes, every write runs into its time-out, reports are
 //! dropped and counted, and a rover driven by the host stops for want of heartbeats; a reset frees it.
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_futures::join::join4;
-use embassy_futures::select::{Either3, select3};
 use embassy_futures::yield_now;
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{Receiver, Sender};
 use heapless::String;
 use rover_shared::contract::TEXT_BYTES;
 use rover_shared::rover::Rover;
+use rover_shared::storage::LONGEST_ERASURE;
 use rover_shared::supervisor::{GUARD_PERIOD, Input, LOOP_SILENCE, Loop};
 use rover_shared::wire::frame::{Decoder, Encoder, Frame, FrameError, MAX_FRAME};
 use rover_shared::wire::message::{Ack, Command, Report};
 
 use crate::guard::Watch;
-use crate::store::LONGEST_ERASURE;
+use crate::reports::{self, answer};
 use crate::usb::{PACKET, Usb};
 use crate::{guard, sense, usb};
 
 type Text = String<TEXT_BYTES>;
 
-/// How often the port is looked at while nothing is to be sent.
+/// How often the port is checked while there is nothing to send.
 const PERIOD: Duration = Duration::from_millis(40);
 /// How long a packet may wait for the host. A listening host fetches it within 1 ms.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(40);
 
-// This loop says that it lives before it waits and afterwards, and the erasure of a sector, for which
-// everything stands still, may fall in between.
-const _: () = assert!(
-    WRITE_TIMEOUT.as_micros() + LONGEST_ERASURE.as_micros() < LOOP_SILENCE.minus(GUARD_PERIOD).0
-);
+// This loop reports to the supervisor before it waits and afterwards, and the erasure of a sector,
+// which pauses everything, may come in between.
+const _: () =
+    assert!(WRITE_TIMEOUT.as_micros() + LONGEST_ERASURE.0 < LOOP_SILENCE.minus(GUARD_PERIOD).0);
 
-/// How long the next command waits for room for the answer to this one, if the host asks faster than
-/// it listens.
-const ANSWER_TIMEOUT: Duration = Duration::from_millis(25);
-
-/// Answers to commands, with reports asked for: they go before telemetry. Room for those to all
-/// commands that fit into one packet.
-static ANSWERS: Channel<CriticalSectionRawMutex, Report, 12> = Channel::new();
-/// Telemetry: room for all that changes in one control period.
-static TELEMETRY: Channel<CriticalSectionRawMutex, Report, 16> = Channel::new();
-/// Reports dropped and not yet told to the supervisor.
-static DROPPED: AtomicU32 = AtomicU32::new(0);
-
-/// Queues a report, or drops and counts it.
-pub fn report(report: Report) {
-    if TELEMETRY.try_send(report).is_err() {
-        drop_one();
-    }
-}
-
-async fn answer(report: Report) {
-    if with_timeout(ANSWER_TIMEOUT, ANSWERS.send(report))
-        .await
-        .is_err()
-    {
-        drop_one();
-    }
-}
-
-fn drop_one() {
-    critical_section::with(|_| {
-        let dropped = DROPPED.load(Ordering::Relaxed);
-        DROPPED.store(dropped.saturating_add(1), Ordering::Relaxed);
-    });
-}
-
-/// Tells the supervisor how many reports were dropped.
-pub fn tell_drops() {
-    let dropped = critical_section::with(|_| {
-        let dropped = DROPPED.load(Ordering::Relaxed);
-        DROPPED.store(0, Ordering::Relaxed);
-        dropped
-    });
-    if dropped > 0 {
-        guard::tell(Input::QueueFull(dropped));
-    }
-}
-
-/// Talks to the host for ever. `last_words`: what the run before this one ended with.
+/// Runs the link; never returns. `last_words`: what the run before this one ended with.
 #[embassy_executor::task]
 pub async fn link(
     usb: (usb::Device, usb::Port),
@@ -119,11 +67,11 @@ async fn transmit(
     loop {
         while !sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
-            discard();
+            reports::discard();
             Timer::after(PERIOD).await;
         }
         log!("port opened");
-        // An empty frame ends what a host may have kept of the last connection.
+        // An empty frame ends an unfinished one that the host may hold from the last connection.
         let mut outbox = Outbox {
             encoder: Encoder::new(),
             broken: true,
@@ -137,21 +85,13 @@ async fn transmit(
         }
         while sender.dtr() {
             guard::tell(Input::Alive(Loop::Link));
-            match select3(ANSWERS.receive(), TELEMETRY.receive(), Timer::after(PERIOD)).await {
-                Either3::First(report) | Either3::Second(report) => {
-                    outbox.send(&mut sender, &report).await
-                }
-                Either3::Third(()) => {}
+            if let Ok(report) = with_timeout(PERIOD, reports::next()).await {
+                outbox.send(&mut sender, &report).await;
             }
         }
         rover.borrow_mut().closed();
         log!("port closed");
     }
-}
-
-/// Throws away what nobody listens to.
-fn discard() {
-    while ANSWERS.try_receive().is_ok() || TELEMETRY.try_receive().is_ok() {}
 }
 
 /// Packs frames into packets.
@@ -167,27 +107,27 @@ impl Outbox {
         let [end, room @ ..] = &mut buffer;
         *end = 0;
         let Ok(frame) = self.encoder.encode(report, room) else {
-            // Does not happen: a test holds every message against MAX_FRAME.
-            return drop_one();
+            // Does not happen: a test compares every message's length with MAX_FRAME.
+            return reports::drop_one();
         };
         let length = frame.len();
         let start = if self.broken { 0 } else { 1 };
         let bytes = buffer.get(start..=length).unwrap_or_default();
-        // One byte short of full, so that no packet needs an empty one after it to be delivered.
+        // One byte short of full, so that no packet needs an empty one to end the transfer.
         for packet in bytes.chunks(usize::from(PACKET) - 1) {
-            // A host that takes its time with every packet is no reason for a reset.
+            // A host that is slow to fetch packets must not cause a reset.
             guard::tell(Input::Alive(Loop::Link));
             let written = with_timeout(WRITE_TIMEOUT, sender.write_packet(packet)).await;
             if !matches!(written, Ok(Ok(()))) {
                 self.broken = true;
-                return drop_one();
+                return reports::drop_one();
             }
         }
         self.broken = false;
     }
 }
 
-/// Takes commands.
+/// Receives commands and answers them.
 async fn receive(
     mut receiver: Receiver<'static, Usb>,
     rover: &'static RefCell<Rover<'static>>,
@@ -201,7 +141,7 @@ async fn receive(
             for byte in packet.iter().take(length) {
                 match decoder.push::<Command>(*byte) {
                     Some(Ok(frame)) => obey(rover, &frame).await,
-                    // The host cannot know what is wrong unless it hears whom it talks to.
+                    // The hello tells the host which version this is.
                     Some(Err(FrameError::Version(_))) => {
                         let hello = rover.borrow_mut().hello(&mut Watch);
                         answer(hello).await;
@@ -213,7 +153,7 @@ async fn receive(
             if bad > 0 {
                 guard::tell(Input::BadFrames(bad));
             }
-            // A host that sends without pause must not keep the other tasks waiting.
+            // A host that sends without pause must not block the other tasks.
             yield_now().await;
         }
     }

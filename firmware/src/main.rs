@@ -1,7 +1,7 @@
-//! Turing Rover's firmware: moves samples in and commands out.
+//! Turing Rover's firmware: passes samples in and commands out.
 //!
-//! What to do with them is decided in `rover_shared`, which runs on the host just as well. Here is
-//! one file a task, all on one executor, and one interrupt that watches them:
+//! What to do with them is decided in `rover_shared`, which also runs on the host. Here is one file for
+//! each task, all on one executor, and one interrupt that supervises them:
 //!
 //! ```text
 //!  sense ──observation──► control ──wheel command──► drive ──► PWM, if the supervisor's gate allows
@@ -35,7 +35,10 @@ mod control;
 mod drive;
 mod fault;
 mod guard;
+mod info;
 mod link;
+mod motors;
+mod reports;
 mod sense;
 mod store;
 mod usb;
@@ -44,7 +47,7 @@ use core::cell::RefCell;
 
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
-use embassy_executor::Spawner;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::clocks::RoscRng;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::Duration;
@@ -56,10 +59,11 @@ use rover_shared::random::condensed;
 use rover_shared::rover::{Rover, Staging};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use board::Board;
+use board::Parts;
+use motors::Motors;
 use store::Store;
 
-/// The tables that the compiler made of the paper's parameters.
+/// The tables, which the compiler computes from the rover's parameters.
 static COEFFICIENTS: Coefficients = match Coefficients::new(&Parameters::ROVER) {
     Ok(coefficients) => coefficients,
     Err(_) => panic!("the rover's parameters are wrong: the build fails"),
@@ -71,50 +75,53 @@ const MOTION: Motion = match Motion::new(board::CHASSIS) {
     Err(_) => panic!("the chassis's parameters are wrong: the build fails"),
 };
 
-/// How long reading the flash and checking a full pattern vector may take, before the guard feeds
-/// the watchdog: some 0.2 s.
+/// The watchdog's time until the guard feeds it: reading the flash and checking a full pattern vector
+/// takes some 0.2 s.
 const START_UP: Duration = Duration::from_secs(2);
 
-/// Bytes of the oscillator's noise that make a seed.
+/// Bytes of the oscillator's noise that are condensed into a seed.
 const NOISE: usize = 512;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let board = Board::new(embassy_rp::init(Default::default()));
-    let mut watchdog = Watchdog::new(board.watchdog);
+    let parts = Parts::new(embassy_rp::init(Default::default()));
+    let motors = Motors::new(parts.motors);
+    let mut watchdog = Watchdog::new(parts.watchdog);
     let (reset, last_words) = fault::reset_reason(&watchdog);
     log!("started, reason {}", reset as u8);
     watchdog.pause_on_debug(true);
     watchdog.start(START_UP);
 
-    let mut store = Store::new(board.flash);
+    let mut store = Store::new(parts.flash);
     let flash = store.unique_id();
     let rover = rover();
     store.load(&mut rover.borrow_mut());
     guard::start(reset, watchdog);
     rover.borrow().announce(&mut guard::Watch);
 
-    // A task cannot be spawned only if it runs already.
-    if let Ok(task) = sense::sense(board.ranges, board.compass, rover) {
-        spawner.spawn(task);
-    }
-    if let Ok(task) = control::control(rover, board.led) {
-        spawner.spawn(task);
-    }
-    if let Ok(task) = drive::drive(board.motors) {
-        spawner.spawn(task);
-    }
-    if let Ok(task) = link::link(usb::device(board.usb, flash), rover, last_words) {
-        spawner.spawn(task);
-    }
-    if let Ok(task) = store::store(store, rover) {
-        spawner.spawn(task);
+    let usb = usb::device(parts.usb, flash);
+    spawn(
+        spawner,
+        "sense",
+        sense::sense(parts.ranges, parts.compass, rover),
+    );
+    spawn(spawner, "control", control::control(rover, parts.led));
+    spawn(spawner, "drive", drive::drive(motors));
+    spawn(spawner, "link", link::link(usb, rover, last_words));
+    spawn(spawner, "store", store::store(store, rover));
+}
+
+/// Spawns a task. One that cannot be spawned, because it runs already, ends the run.
+fn spawn<S>(spawner: Spawner, name: &str, task: Result<SpawnToken<S>, SpawnError>) {
+    match task {
+        Ok(task) => spawner.spawn(task),
+        Err(_) => fault::not_spawned(name),
     }
 }
 
 /// The rover, with untrained knowledge and a seed from the oscillator's noise.
 fn rover() -> &'static RefCell<Rover<'static>> {
-    // Zeros, which take no room in the flash.
+    // All zeros, so they take no room in the flash.
     static KNOWLEDGE: ConstStaticCell<Knowledge<MotorWeights>> =
         ConstStaticCell::new(Knowledge::EMPTY);
     static STAGING: ConstStaticCell<Staging> = ConstStaticCell::new(Staging::EMPTY);

@@ -10,13 +10,14 @@ use embassy_rp::{bind_interrupts, dma};
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker, block_for, with_timeout};
+use heapless::Vec;
 use rover_shared::contract::CompassHealth;
 use rover_shared::rover::{Observation, Rover};
 use rover_shared::sensing::compass::{self, Compass, Retry};
 use rover_shared::sensing::ir::{AdcCount, CHANNELS, IrArray, medians};
 use rover_shared::supervisor::{Input, Loop};
 
-use crate::board::{self, CONNECTED, CompassBus, Ranges};
+use crate::board::{self, BOARD, CONNECTED, CompassBus, Ranges};
 use crate::{drive, guard};
 
 bind_interrupts!(struct Irqs {
@@ -27,8 +28,8 @@ bind_interrupts!(struct Irqs {
 
 /// Sweeps over all channels of which the medians are taken.
 const SWEEPS: usize = 5;
-/// 48 MHz / 4,800: 10,000 conversions a second, so that five sweeps take 2 ms and a burst of a
-/// sensor's current does not meet them all.
+/// 48 MHz / 4,800: 10,000 conversions a second, so that five sweeps take 2 ms, longer than a burst of
+/// a sensor's current.
 const ADC_DIVIDER: u16 = 4_799;
 /// How long the sweeps may take.
 const ADC_TIMEOUT: Duration = Duration::from_millis(10);
@@ -36,12 +37,12 @@ const ADC_TIMEOUT: Duration = Duration::from_millis(10);
 static LATEST: Mutex<CriticalSectionRawMutex, Cell<Observation>> =
     Mutex::new(Cell::new(Observation::NOTHING));
 
-/// What was sensed last.
+/// Returns the latest observation.
 pub fn latest() -> Observation {
     LATEST.lock(Cell::get)
 }
 
-/// Senses for ever.
+/// Samples the sensors; never returns.
 #[embassy_executor::task]
 pub async fn sense(
     ranges: Ranges,
@@ -53,7 +54,7 @@ pub async fn sense(
     let mut retry = Retry::new();
     let mut ticker = Ticker::every(guard::duration(compass::PERIOD));
     loop {
-        // One round of this loop is the life of one I2C driver.
+        // Each turn of this loop makes a new I2C driver.
         let (i2c, scl, sda) = (bus.i2c.reborrow(), bus.scl.reborrow(), bus.sda.reborrow());
         let mut i2c = I2c::new_async(i2c, scl, sda, Irqs, i2c::Config::default());
         loop {
@@ -68,7 +69,7 @@ pub async fn sense(
             };
             senses.take(counts, answer);
             match answer {
-                Answer::Block(_) | Answer::Nobody => retry.answered(),
+                Answer::Block(_) | Answer::NoAcknowledge => retry.answered(),
                 Answer::Skipped => {}
                 Answer::Hung => break,
             }
@@ -80,30 +81,30 @@ pub async fn sense(
     }
 }
 
-/// What the bus answered.
+/// The result of one read of the compass.
 #[derive(Clone, Copy)]
 enum Answer {
     Block([u8; compass::BLOCK]),
     /// No compass is connected, or it is not ready.
-    Nobody,
-    /// Somebody holds a line, or the driver waits for something that does not come.
+    NoAcknowledge,
+    /// A device holds a line low, or the driver waits for an event that does not come.
     Hung,
-    /// It was not asked.
+    /// The compass was not read.
     Skipped,
 }
 
 async fn read_compass(i2c: &mut I2c<'_, I2C1, i2c::Async>) -> Answer {
     let mut block = [0; compass::BLOCK];
     let read = i2c.write_read_async(compass::ADDRESS, [compass::FIRST_REGISTER], &mut block);
-    // The driver's blocking calls can wait for ever, and so can this one's future.
+    // Without a time-out this can wait for ever, as the driver's blocking calls can.
     match with_timeout(guard::duration(compass::READ_TIMEOUT), read).await {
         Ok(Ok(())) => Answer::Block(block),
-        Ok(Err(i2c::Error::Abort(AbortReason::NoAcknowledge))) => Answer::Nobody,
+        Ok(Err(i2c::Error::Abort(AbortReason::NoAcknowledge))) => Answer::NoAcknowledge,
         Ok(Err(_)) | Err(_) => Answer::Hung,
     }
 }
 
-/// Frees a bus on which a device waits for the rest of a byte: nine clock pulses let it finish
+/// Frees a bus on which a device waits for the rest of a byte: nine clock pulses complete that
 /// (I2C specification 3.1.16), then a stop condition.
 fn free_bus(bus: &mut CompassBus) {
     /// Half a clock period at 100 kHz.
@@ -132,7 +133,7 @@ fn free_bus(bus: &mut CompassBus) {
 struct Converter {
     adc: Adc<'static, adc::Async>,
     dma: dma::Channel<'static>,
-    channels: [Channel<'static>; CONNECTED],
+    channels: Vec<Channel<'static>, CHANNELS>,
 }
 
 impl Converter {
@@ -144,11 +145,11 @@ impl Converter {
         }
     }
 
-    /// The median of each channel; `None` if a conversion failed. Medians because of the spikes in
-    /// the converter's linearity (erratum RP2040-E11).
+    /// Returns the median of each channel; `None` if a conversion failed. Medians because of the
+    /// spikes in the converter's linearity (erratum RP2040-E11).
     async fn sample(&mut self) -> Option<[AdcCount; CHANNELS]> {
         let mut samples = [[0u16; CONNECTED]; SWEEPS];
-        // The converter goes round the channels by number, which is the order of the pins.
+        // The converter samples the channels by number, which is the order of the pins.
         let (channels, into) = (&mut self.channels, samples.as_flattened_mut());
         let read = self
             .adc
@@ -160,19 +161,15 @@ impl Converter {
     }
 }
 
-/// Puts the connected channels where arrays of four have them.
-#[cfg(not(feature = "pico"))]
+/// Puts the counts of the sensors that are fitted where arrays of four have them.
 fn places(sweep: [u16; CONNECTED]) -> [u16; CHANNELS] {
-    sweep
+    let mut counts = sweep.into_iter();
+    BOARD
+        .ranges
+        .map(|pin| pin.and_then(|_| counts.next()).unwrap_or(0))
 }
 
-/// Puts the connected channels where arrays of four have them.
-#[cfg(feature = "pico")]
-fn places([front, left, right]: [u16; CONNECTED]) -> [u16; CHANNELS] {
-    [front, 0, left, right]
-}
-
-/// What the counts and bearings mean.
+/// Turns counts and bearings into an observation.
 struct Senses {
     rover: &'static RefCell<Rover<'static>>,
     ir: IrArray,
@@ -188,7 +185,7 @@ impl Senses {
         }
     }
 
-    /// Takes over the calibrations, which may have changed.
+    /// Applies the calibrations, which may have changed.
     fn calibrate(&mut self) {
         let rover = self.rover.borrow();
         let calibrations = rover.calibrations();
@@ -196,7 +193,7 @@ impl Senses {
         self.ir.set_curves(calibrations.curves);
     }
 
-    /// Takes one period's results, tells the supervisor and publishes the observation.
+    /// Evaluates one period's results, informs the supervisor and publishes the observation.
     fn take(&mut self, counts: Option<[AdcCount; CHANNELS]>, answer: Answer) {
         let now = guard::now();
         let mut observation = latest();
@@ -215,8 +212,8 @@ impl Senses {
         }
         observation.heading = self.compass.heading(now);
         observation.compass = match answer {
-            // Nobody there from the start is no compass that is still to be heard.
-            Answer::Nobody if self.compass.health(now) == CompassHealth::Unknown => {
+            // No answer from the start: there is none to wait for.
+            Answer::NoAcknowledge if self.compass.health(now) == CompassHealth::Unknown => {
                 CompassHealth::Silent
             }
             _ => self.compass.health(now),

@@ -1,9 +1,9 @@
 //! Keeps knowledge and calibrations in the flash.
 //!
-//! While the flash is erased or programmed nothing can be fetched from it: the whole program stands
-//! still, for 0.4 ms a page and 45 ms (400 at worst) a sector, with interrupts masked. So this is
-//! done only when disarmed, which the supervisor insists on, and one operation at a time, between
-//! which all loops get their turn.
+//! While the flash is erased or programmed no instruction can be fetched from it: the whole program
+//! is paused, for 0.4 ms a page and 45 ms (400 at worst) a sector, with interrupts masked. So this is
+//! done only when disarmed, which the supervisor enforces, and one operation at a time: all loops run
+//! between two.
 
 use core::cell::RefCell;
 
@@ -17,9 +17,9 @@ use rover_shared::storage::{Content, Flash, PAGE, Progress, SECTOR, Slots, Write
 use rover_shared::supervisor::{Input, Loop};
 use rover_shared::wire::usb::SERIAL_DIGITS;
 
-use crate::board::FLASH_SIZE;
+use crate::board::BOARD;
 use crate::guard::Watch;
-use crate::{guard, link};
+use crate::{guard, reports};
 
 const _: () = assert!(SECTOR as usize == ERASE_SIZE, "both know the same flash");
 
@@ -33,21 +33,19 @@ const _: () = assert!(
     "slots have room for the longest content"
 );
 
-/// What a sector's erasure takes at worst (data sheet of the W25Q16, sector erase time).
-pub const LONGEST_ERASURE: Duration = Duration::from_millis(400);
-/// How often to look whether something is to be saved.
+/// How often to check whether something is to be saved.
 const PERIOD: Duration = Duration::from_millis(100);
-/// What the loops get between two operations.
+/// Time for the loops between two operations.
 const TURN: Duration = Duration::from_millis(3);
 
 // SAFETY: both are defined in `memory.x`, and taking their addresses reads nothing.
 unsafe extern "C" {
-    /// Symbols of `memory.x`; only their addresses mean something.
+    /// Symbols of `memory.x`; only their addresses have a meaning.
     safe static __storage_start: u8;
     safe static __storage_end: u8;
 }
 
-/// The flash and what is in it.
+/// The flash and its contents.
 pub struct Store {
     nor: Nor,
     calibrations: Slots,
@@ -68,15 +66,15 @@ impl Store {
         }
     }
 
-    /// The number that the flash's maker has given it. To be asked for before anything runs: the
-    /// flash is not to be read meanwhile, so the program stands still as it does for a write.
+    /// Returns the flash's unique number. To be called before anything runs: the flash cannot be read
+    /// meanwhile, so the program is paused as for a write.
     pub fn unique_id(&mut self) -> Option<[u8; SERIAL_DIGITS / 2]> {
         let mut number = [0; SERIAL_DIGITS / 2];
         self.nor.0.blocking_unique_id(&mut number).ok()?;
         Some(number)
     }
 
-    /// Hands the rover what was kept.
+    /// Restores the rover's calibrations and knowledge.
     pub fn load(&mut self, rover: &mut Rover) {
         let Self {
             nor,
@@ -93,7 +91,7 @@ impl Store {
             // A new board.
             rover.begin();
         } else {
-            // What is not usable is refused, and arming too, until there is other knowledge.
+            // Unusable knowledge is refused, and so is arming, until there is other knowledge.
             let _ = rover.load(|room| {
                 let read = knowledge.read(nor, room).ok().flatten();
                 read.map(<[u8]>::len)
@@ -101,7 +99,7 @@ impl Store {
         }
     }
 
-    /// Writes what is to be saved, turn by turn; gives its fingerprint.
+    /// Writes what is to be saved, one operation at a time; returns its fingerprint.
     async fn write(
         &mut self,
         save: Save,
@@ -142,7 +140,7 @@ impl Store {
     }
 }
 
-/// Stores for ever.
+/// Saves what is to be saved; never returns.
 #[embassy_executor::task]
 pub async fn store(mut store: Store, rover: &'static RefCell<Rover<'static>>) -> ! {
     loop {
@@ -157,13 +155,13 @@ pub async fn store(mut store: Store, rover: &'static RefCell<Rover<'static>>) ->
         if let Some(report) = report
             && rover.borrow().talks()
         {
-            link::report(report);
+            reports::report(report);
         }
     }
 }
 
 /// The board's flash.
-struct Nor(embassy_rp::flash::Flash<'static, FLASH, Blocking, FLASH_SIZE>);
+struct Nor(embassy_rp::flash::Flash<'static, FLASH, Blocking, { BOARD.flash_bytes }>);
 
 impl Flash for Nor {
     type Error = Error;

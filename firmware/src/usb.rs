@@ -1,4 +1,4 @@
-//! The USB device: a serial port (CDC-ACM) that says whose it is.
+//! The USB device: a serial port (CDC-ACM) with the rover's name and serial number.
 
 use embassy_futures::yield_now;
 use embassy_rp::interrupt::typelevel::{Handler, USBCTRL_IRQ};
@@ -24,10 +24,10 @@ pub const PACKET: u16 = 64;
 pub type Usb = Driver<'static, USB>;
 /// The serial port, for the rest of the program.
 pub type Port = CdcAcmClass<'static, Usb>;
-/// What answers the host's requests; to be run for ever.
+/// Answers the host's requests while it is polled.
 pub type Device = embassy_usb::UsbDevice<'static, Usb>;
 
-/// Makes the device. `flash`: the flash's number, which becomes the serial number, if it has told it.
+/// Makes the device. `flash`: the flash's unique number, if it was read; it becomes the serial number.
 pub fn device(usb: Peri<'static, USB>, flash: Option<[u8; SERIAL_DIGITS / 2]>) -> (Device, Port) {
     static SERIAL_NUMBER: StaticCell<String<SERIAL_DIGITS>> = StaticCell::new();
     static CONFIGURATION: StaticCell<[u8; 128]> = StaticCell::new();
@@ -39,7 +39,7 @@ pub fn device(usb: Peri<'static, USB>, flash: Option<[u8; SERIAL_DIGITS / 2]>) -
     config.product = Some(usb::PRODUCT_NAME);
     config.serial_number =
         flash.map(|number| SERIAL_NUMBER.init(usb::serial_number(number)).as_str());
-    // The most a host may grant; the board itself takes some 40 mA, the motors have their own supply.
+    // The most a host may grant, in mA; the board takes some 40, the motors have their own supply.
     config.max_power = 500;
     let mut builder = Builder::new(
         Driver::new(usb, Irqs),
@@ -53,10 +53,10 @@ pub fn device(usb: Peri<'static, USB>, flash: Option<[u8; SERIAL_DIGITS / 2]>) -
     (builder.build(), port)
 }
 
-/// A bus reset has come.
+/// Signalled by every bus reset.
 static RESET: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Sees bus resets, whatever the driver does about them.
+/// Detects bus resets before the driver handles them.
 struct ResetSeen;
 
 impl Handler<USBCTRL_IRQ> for ResetSeen {
@@ -69,13 +69,13 @@ impl Handler<USBCTRL_IRQ> for ResetSeen {
 
 /// Frees the control endpoint when a bus reset has come in the middle of a request.
 ///
-/// embassy-rp 0.10 waits for the request's packet to be taken, looks at nothing else meanwhile, and so
-/// misses the reset (or the pulled cable, which ends in one): the packet is never taken, and the board
-/// would stay deaf to USB until it is reset. Taking the packets back lets the driver go on to see
-/// the reset; the suspension that it has slept through with a pulled cable is over then.
+/// embassy-rp 0.10 waits for the host to fetch the request's packet, checks nothing else meanwhile, and
+/// so misses the reset (or the pulled cable, which ends in one): the packet is never fetched, and the
+/// board would not respond to USB until it is reset. Withdrawing the packets lets the driver continue
+/// and see the reset; the suspension that it missed with a pulled cable is over then.
 ///
-/// To be joined with, and polled after, [`Device::run`]: whatever of a reset is left when that has had
-/// its turn, it is stuck at.
+/// To be joined with, and polled after, [`Device::run`]: a reset that is still pending then is one that
+/// the driver does not see.
 pub async fn free_endpoint_zero() -> ! {
     loop {
         RESET.wait().await;
