@@ -23,7 +23,7 @@ mod flash;
 mod slots;
 mod write;
 
-pub use flash::{Flash, PAGE, SECTOR};
+pub use flash::{Flash, LONGEST_ERASURE, PAGE, SECTOR};
 pub use slots::{Content, MOST_WRITES, Record, Slots};
 pub use write::{Progress, Write, WriteError};
 
