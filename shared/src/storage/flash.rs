@@ -1,9 +1,14 @@
 //! What the storage needs of a flash.
 
+use crate::time::Duration;
+
 /// Bytes erased together.
 pub const SECTOR: u32 = 4_096;
 /// Bytes programmed together.
 pub const PAGE: usize = 256;
+
+/// How long the erasure of a sector takes at worst (W25Q16JV data sheet, 9.6, tSE).
+pub const LONGEST_ERASURE: Duration = Duration::from_millis(400);
 
 /// A NOR flash: erasing sets all bits of a sector, programming clears bits of a page.
 pub trait Flash {

@@ -172,7 +172,7 @@ impl Supervisor {
 
     /// Whether the motors may run.
     pub fn motors_enabled(&self) -> bool {
-        matches!(self.state, State::Driving(_)) && !self.stands(Response::Stop) && !self.starved
+        matches!(self.state, State::Driving(_)) && !self.stopped() && !self.starved
     }
 
     /// Returns the command if the motors may run, else STOP.
@@ -187,11 +187,6 @@ impl Supervisor {
     /// Whether to feed the hardware watchdog.
     pub const fn feed_watchdog(&self) -> bool {
         !self.starved
-    }
-
-    /// Whether the driving host is late.
-    pub fn warns(&self) -> bool {
-        self.stands(Response::Warn)
     }
 
     /// Returns the next unreported fault, if any; several of a kind are reported as one.
@@ -425,11 +420,10 @@ impl Supervisor {
         silent || (bad && rule.response == Response::Stop)
     }
 
-    fn stands(&self, response: Response) -> bool {
-        RULES
-            .iter()
-            .zip(&self.standing)
-            .any(|(rule, stands)| rule.response == response && *stands)
+    /// Whether the response of a rule that stops the motors is active.
+    fn stopped(&self) -> bool {
+        let mut rules = RULES.iter().zip(&self.standing);
+        rules.any(|(rule, stands)| *stands && rule.response == Response::Stop)
     }
 
     fn see(&mut self, signal: Signal) {
