@@ -60,11 +60,7 @@ impl Text<'_> {
         Err(self.at(&n.span(), expected))
     }
 
-    pub(super) fn world(
-        &self,
-        entry: &ArenaEntry,
-        files: &mut Files,
-    ) -> Result<World, ArenaError> {
+    pub(super) fn world(&self, entry: &ArenaEntry, files: &mut Files) -> Result<World, ArenaError> {
         let (size, mut obstacles) = self.size(entry, files)?;
         for rect in &entry.rect {
             let shape = Obstacle::Rect(self.rect(rect.get_ref())?);

@@ -48,7 +48,9 @@ impl Numbers for Vec<[f64; 2]> {
 
     fn from_whole(whole: Vec<[i64; 2]>, scale: f64) -> Self {
         let pairs = whole.into_iter();
-        pairs.map(|pair| <[f64; 2]>::from_whole(pair, scale)).collect()
+        pairs
+            .map(|pair| <[f64; 2]>::from_whole(pair, scale))
+            .collect()
     }
 }
 
