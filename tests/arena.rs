@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rand_pcg::Pcg32;
+use rover_log::arena_file::{load, load_file};
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_simulator::arena::{ArenaSource, Motion, Robot, Scenario, Side};
 use rover_simulator::baseline::{
@@ -76,7 +77,7 @@ struct Score {
 
 /// The results in `count` arenas that were not used to choose anything.
 fn score(arena: &str, count: u64, mut driver: impl FnMut(&Scenario) -> Box<dyn Driver>) -> Score {
-    let source = ArenaSource::load(arena).expect("a built-in arena");
+    let source = ArenaSource::named(arena).expect("a built-in arena");
     let outcomes: Vec<Outcome> = (0..count)
         .map(|i| {
             let scenario = source.scenario(&mut Pcg32::new(i, 0x7465_7374));
@@ -129,7 +130,7 @@ fn chance_does_not_solve_the_paper_arena() {
 
 #[test]
 fn q_learning_learns_in_the_trials_of_the_paper() {
-    let source = ArenaSource::load("paper").expect("built in");
+    let source = ArenaSource::named("paper").expect("built in");
     let mut driver = QLearning::new(source.robot(), 1);
     let before = score("paper", 100, |_| Box::new(frozen(&driver)));
     let mut rng = Pcg32::new(2, 2);
@@ -166,7 +167,7 @@ fn the_example_arenas_load_and_can_be_solved() {
     let examples = examples();
     assert!(examples.len() >= 4, "{examples:?}");
     for path in examples {
-        let source = ArenaSource::load(path.to_str().expect("a plain name"));
+        let source = load(path.to_str().expect("a plain name"));
         let source = source.unwrap_or_else(|error| panic!("{error}"));
         for seed in 0..20 {
             let scenario = source.scenario(&mut Pcg32::new(seed, 1));
@@ -196,7 +197,7 @@ fn a_map_can_be_furnished_by_an_arena_file() {
         "room.toml",
         &format!("map = \"room.yaml\"\n{place}[[circle]]\nx_cm = 90\ny_cm = 40\nr_cm = 9\n"),
     );
-    let source = ArenaSource::load_file(&folder.path().join("room.toml")).expect("valid");
+    let source = load_file(&folder.path().join("room.toml")).expect("valid");
     let scenario = source.scenario(&mut Pcg32::new(1, 1));
     assert_eq!(
         (scenario.world.width_cm(), scenario.world.height_cm()),
@@ -222,7 +223,7 @@ fn a_map_can_be_furnished_by_an_arena_file() {
             place.replace("180", "180.0, y = 3")
         ),
     );
-    let error = ArenaSource::load_file(&folder.path().join("room.toml")).expect_err("`y`");
+    let error = load_file(&folder.path().join("room.toml")).expect_err("`y`");
     assert!(
         error
             .to_string()
@@ -234,21 +235,19 @@ fn a_map_can_be_furnished_by_an_arena_file() {
 #[test]
 fn what_is_no_arena_is_said() {
     for spec in ["pepper", "room.txt", ""] {
-        let error = ArenaSource::load(spec).expect_err(spec).to_string();
+        let error = load(spec).expect_err(spec).to_string();
         assert!(
             error.contains("paper, harder") && error.contains(".toml"),
             "{error}"
         );
     }
-    let error = ArenaSource::load("nowhere.toml")
-        .expect_err("no such file")
-        .to_string();
+    let error = load("nowhere.toml").expect_err("no such file").to_string();
     assert!(error.starts_with("nowhere.toml: cannot be read"), "{error}");
 }
 
 /// A run's positions, headings and samples, mixed into one number (FNV-1a).
 fn fingerprint(arena: &str, seed: u64) -> u64 {
-    let source = ArenaSource::load(arena).expect("built in");
+    let source = ArenaSource::named(arena).expect("built in");
     let mut rng = Pcg32::new(seed, 3);
     let mut driver = Random::new(seed);
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;

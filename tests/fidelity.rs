@@ -35,13 +35,21 @@ fn uniform(rng: &mut Generator, limit: u32) -> [i32; 4] {
     std::array::from_fn(|_| rng.symmetric(limit << Corners::FRACTION_BITS))
 }
 
+/// The codes of the reference, in parallel.
+fn reference_codes(reference: &Reference, starts: &[LatticeState]) -> Vec<PatternCode> {
+    let chunks = starts.par_chunks(64);
+    chunks
+        .flat_map_iter(|chunk| reference.codes(chunk))
+        .collect()
+}
+
 /// The codes of both engines, in this order: fixed point, reference.
 fn codes(starts: &[Start]) -> Vec<(Option<PatternCode>, PatternCode)> {
     let exact: Vec<_> = starts
         .iter()
         .map(|(corners, noise)| LatticeState::from_fixed(corners, noise))
         .collect();
-    let reference = Reference::new(LatticeParameters::PAPER).codes(&exact);
+    let reference = reference_codes(&Reference::new(LatticeParameters::PAPER), &exact);
     let fixed: Vec<_> = starts
         .par_iter()
         .map(|(corners, noise)| {
@@ -99,7 +107,10 @@ fn all_zero_corners() {
                 state
             })
             .collect();
-        for (k, code) in reference.codes(&perturbed).into_iter().enumerate() {
+        for (k, code) in reference_codes(&reference, &perturbed)
+            .into_iter()
+            .enumerate()
+        {
             stable[k] &= code == codes[k].1;
         }
     }
@@ -144,10 +155,12 @@ fn a_saturated_lattice_is_decided() {
         .map(|(corners, noise)| LatticeState::from_fixed(corners, noise))
         .collect();
     let reference = Reference::new(LatticeParameters::PAPER);
-    for state in reference.run_until(&exact, LatticeState::is_saturated) {
-        assert!(
-            state.is_saturated() && reference.is_decided(&state),
-            "{state:?}"
-        );
-    }
+    exact.par_chunks(64).for_each(|chunk| {
+        for state in reference.run_until(chunk, LatticeState::is_saturated) {
+            assert!(
+                state.is_saturated() && reference.is_decided(&state),
+                "{state:?}"
+            );
+        }
+    });
 }

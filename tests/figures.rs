@@ -301,7 +301,7 @@ fn arena_files_of_every_kind_can_be_drawn() {
         ("lab.toml", true),
     ];
     for (file, follow_direction) in choices {
-        let arenas = ArenaSource::load_file(&folder.join(file)).unwrap();
+        let arenas = rover_log::arena_file::load_file(&folder.join(file)).unwrap();
         let plan = SessionPlan {
             seed: 2,
             trials: 3,

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use rayon::prelude::*;
 use rover_shared::perception::{
     Corners, Lattice, LatticeError, LatticeParameters, MAX_TIME, Noise, PatternCode,
 };
@@ -234,7 +235,11 @@ fn other_parameters_follow_their_reference() {
             .iter()
             .map(|(c, n)| LatticeState::from_fixed(c, n))
             .collect();
-        let codes = Reference::new(parameters).codes(&exact);
+        let reference = Reference::new(parameters);
+        let chunks = exact.par_chunks(64);
+        let codes: Vec<_> = chunks
+            .flat_map_iter(|chunk| reference.codes(chunk))
+            .collect();
         let different = starts
             .iter()
             .zip(codes)

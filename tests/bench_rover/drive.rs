@@ -189,7 +189,7 @@ fn an_hour_in_the_paper_s_room_is_uneventful() {
 #[test]
 fn an_hour_in_the_large_room_is_uneventful() {
     let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/host/arenas/rover-5m.toml");
-    let furnished = ArenaSource::load(furnished).expect("an arena");
+    let furnished = rover_log::arena_file::load(furnished).expect("an arena");
     check(&drive(&furnished, 1, 1), 1);
 }
 

@@ -210,7 +210,7 @@ fn learning_study() {
          simulated | obstacles in the first 2,000 | last 2,000 | touching s | hours |"
     );
     let furnished = concat!(env!("CARGO_MANIFEST_DIR"), "/host/arenas/rover-5m.toml");
-    let furnished = ArenaSource::load(furnished).expect("an arena");
+    let furnished = rover_log::arena_file::load(furnished).expect("an arena");
     let mut rooms = vec![("rover-5m.toml", 10.0, furnished)];
     for (name, side_cm) in [("3 m", 300.0), ("5 m", 500.0)] {
         for beam_deg in [5.0, 10.0, 20.0, 30.0] {

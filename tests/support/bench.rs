@@ -31,7 +31,7 @@ pub const fn ms(ms: u32) -> Duration {
 
 /// A scenario in the empty middle of the room of 5 m, pointing along its free diagonal.
 pub fn room() -> Scenario {
-    let arenas = ArenaSource::load("rover-5m").expect("an arena that is known");
+    let arenas = ArenaSource::named("rover-5m").expect("an arena that is known");
     let mut scenario = arenas.scenario(&mut generator(1, Stream::Learning));
     scenario.start = Pose {
         x_cm: 330.0,

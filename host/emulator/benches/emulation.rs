@@ -29,7 +29,7 @@ const SEED: u64 = 1;
 
 /// A rover that has just been switched on; what is wrong with it, if anything.
 fn rover(image: &Image, faults: &[&str]) -> Rc<RefCell<Emulation>> {
-    let arenas = ArenaSource::load("rover-5m").expect("an arena that is known");
+    let arenas = ArenaSource::named("rover-5m").expect("an arena that is known");
     let scenario = arenas.scenario(&mut generator(SEED, Stream::Learning));
     let faults = faults.iter().map(|fault| fault.parse().expect(fault));
     let faults = Schedule::new(faults.collect::<Vec<_>>());

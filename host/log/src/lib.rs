@@ -18,6 +18,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `arena` | the message that says where a trial takes place |
+//! | `arena_file` | arenas from their files |
 //! | `message` | all other messages, their schemas and the checksum that chains them |
 //! | `writer`, `reader` | whole logs |
 //! | `lengths` | whether the lengths that a file claims can be true |
@@ -32,6 +33,7 @@
 //! | `table` | drives recorded by others, as CSV |
 
 pub mod arena;
+pub mod arena_file;
 pub mod files;
 pub mod knowledge;
 mod lengths;

@@ -1,7 +1,20 @@
-//! Parameter files: TOML that changes some of a preset's values.
+//! The parameters that suit a robot, and files that change some of them (TOML).
 
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::range_check::ParameterError;
+
+use crate::arena::{RobotModel, Side};
+
+/// The paper's parameters, with the step, turns and sensor ranges of a robot.
+pub fn preset(robot: &RobotModel) -> Parameters {
+    let mut parameters = Parameters::PAPER;
+    parameters.learning.module_cm = robot.step_cm;
+    parameters.learning.phase_limit_deg = robot.max_turn_deg;
+    let sensing = &mut parameters.sensing;
+    [sensing.front_near_cm, sensing.front_far_cm] = robot.range_cm(Side::Front);
+    [sensing.side_near_cm, sensing.side_far_cm] = robot.range_cm(Side::Left);
+    parameters
+}
 
 /// Why a parameter file cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -6,6 +6,7 @@
 
 pub mod seal;
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use rover_cli::monitor::recording::Recording as Shown;
@@ -106,11 +107,11 @@ pub fn arenas(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else {
         return;
     };
-    // A text that names a map would have files read.
-    if text.contains("map") {
-        return;
-    }
-    if let Ok(arena) = ArenaSource::from_toml(Path::new("fuzz.toml"), text) {
+    let mut read = |path: &Path| match path.to_str() {
+        Some("fuzz.toml") => Ok(text.into()),
+        _ => Err(ErrorKind::NotFound.into()),
+    };
+    if let Ok(arena) = ArenaSource::read("fuzz.toml".as_ref(), &mut read) {
         draw(&arena);
     }
 }
@@ -120,10 +121,11 @@ pub fn maps(bytes: &[u8]) {
     let end = bytes.iter().position(|byte| *byte == 0);
     let (yaml, image) = bytes.split_at(end.unwrap_or(bytes.len()));
     let image = image.get(1..).unwrap_or_default();
-    let Ok(yaml) = std::str::from_utf8(yaml) else {
-        return;
+    let mut read = |path: &Path| match path.to_str() {
+        Some("fuzz.yaml") => Ok(yaml.into()),
+        _ => Ok(image.into()),
     };
-    if let Ok(arena) = ArenaSource::from_map(Path::new("fuzz.yaml"), yaml, image) {
+    if let Ok(arena) = ArenaSource::read("fuzz.yaml".as_ref(), &mut read) {
         draw(&arena);
     }
 }

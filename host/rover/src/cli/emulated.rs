@@ -7,9 +7,10 @@ use std::rc::Rc;
 use emulated_rp2040::elf::Image;
 use rover_emulator::emulation::Emulation;
 use rover_emulator::vehicle::{Schedule, ScheduledFault};
+use rover_log::arena_file;
 use rover_log::recorder::Truth;
 use rover_shared::time::{Duration, Instant};
-use rover_simulator::arena::{ArenaSource, Pose, Scenario};
+use rover_simulator::arena::{Pose, Scenario};
 use rover_simulator::experiment::{Stream, generator};
 
 use super::Failure;
@@ -39,7 +40,7 @@ pub fn rover_in(
     faults: &[ScheduledFault],
     seed: u64,
 ) -> Result<Emulation, Failure> {
-    let arenas = ArenaSource::load(arena)?;
+    let arenas = arena_file::load(arena)?;
     let scenario = arenas.scenario(&mut generator(seed, Stream::Learning));
     let faults = Schedule::new(faults.to_vec());
     Ok(Emulation::new(image, &scenario, faults, seed)?)

@@ -5,22 +5,19 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
-use rover_shared::parameters::{Coefficients, Parameters};
+use rover_shared::parameters::Coefficients;
 use serde::Serialize;
 
 use super::{Failure, print, print_json, read_parameters, shown};
+use rover_log::arena_file;
 use rover_log::files::{Replacement, WriteError, writable_folder};
 use rover_log::results;
 use rover_log::{LogWriter, Origin};
 use rover_simulator::arena::ArenaSource;
 use rover_simulator::experiment::{
-    Estimate, Exam, ExamResult, LearnedSession, SessionPlan, Stream, Trial, examine_knowledge,
-    generator, learn, mean,
+    Estimate, ExamResult, LearnedSession, SessionPlan, Stream, Trial, generator, learn, mean,
 };
-
-/// Added to a session's seed for its test, so that no session is tested with the numbers another
-/// one learned with.
-const TEST_SEED: u64 = 0x7465_7374_0000_0000;
+use rover_simulator::parameters::preset;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -107,21 +104,6 @@ pub fn check_task(task: TaskChoice, name: &str, arenas: &ArenaSource) -> Result<
     Ok(())
 }
 
-/// The parameters that suit the robot of an arena.
-pub fn preset(arenas: &ArenaSource) -> Parameters {
-    use rover_simulator::arena::Side;
-    let model = arenas.robot();
-    let mut parameters = Parameters::PAPER;
-    parameters.learning.module_cm = model.step_cm;
-    let (front, side) = (model.range_cm(Side::Front), model.range_cm(Side::Left));
-    parameters.sensing.front_near_cm = front[0];
-    parameters.sensing.front_far_cm = front[1];
-    parameters.sensing.side_near_cm = side[0];
-    parameters.sensing.side_far_cm = side[1];
-    parameters.learning.phase_limit_deg = model.max_turn_deg;
-    parameters
-}
-
 /// What the command prints for machines.
 #[derive(Serialize)]
 struct Outcome {
@@ -148,9 +130,9 @@ struct SessionOutcome {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = arguments.arena.as_deref().unwrap_or(arguments.task.arena());
-    let arenas = ArenaSource::load(name)?;
+    let arenas = arena_file::load(name)?;
     check_task(arguments.task, name, &arenas)?;
-    let parameters = read_parameters(arguments.parameters.as_deref(), preset(&arenas))?;
+    let parameters = read_parameters(arguments.parameters.as_deref(), preset(arenas.robot()))?;
     let coefficients = Coefficients::new(&parameters)?;
     let plan = SessionPlan {
         seed: arguments.seed,
@@ -167,7 +149,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         .collect::<Result<_, WriteError>>()?;
     bar.finish_and_clear();
     let learned: Vec<&LearnedSession> = sessions.iter().map(|(learned, ..)| learned).collect();
-    let exam = exam(arguments, &plan);
+    let exam = plan.exam(arguments.test_arenas);
     rover_figure::of_sessions(&learned, &plan, &exam, &coefficients).write(&arguments.out)?;
     let outcome = outcome(arguments, &sessions);
     if arguments.json {
@@ -199,23 +181,8 @@ fn session(
     };
     let path = arguments.out.join(file);
     rover_log::knowledge::save(&path, &learned.knowledge, coefficients.parameters())?;
-    let trials = examine_knowledge(&exam(arguments, &plan), coefficients, &learned.knowledge);
-    Ok((
-        learned,
-        ExamResult::new(&trials, !plan.follow_direction),
-        path,
-    ))
-}
-
-/// The test of the session with this plan.
-fn exam(arguments: &Arguments, plan: &SessionPlan) -> Exam {
-    Exam {
-        seed: plan.seed.wrapping_add(TEST_SEED),
-        arenas: arguments.test_arenas,
-        steps: plan.steps,
-        follow_direction: plan.follow_direction,
-        source: plan.arenas.clone(),
-    }
+    let test = learned.test(&plan.exam(arguments.test_arenas), coefficients);
+    Ok((learned, test, path))
 }
 
 fn learn_with_log(

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use rover_shared::parameters::Coefficients;
 use serde::Serialize;
 
-use super::learn::{TaskChoice, check_task, preset};
+use super::learn::{TaskChoice, check_task};
 use super::{Failure, print, print_json};
+use rover_log::arena_file;
 use rover_log::knowledge::{self, Loaded};
 use rover_log::results;
 use rover_simulator::arena::ArenaSource;
@@ -14,6 +15,7 @@ use rover_simulator::baseline;
 use rover_simulator::experiment::{
     BaselinePilot, Exam, ExamResult, Trial, examine, examine_knowledge, run_trial, teach,
 };
+use rover_simulator::parameters::preset;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -75,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut trials = Vec::new();
     for name in &names {
-        let source = ArenaSource::load(name)?;
+        let source = arena_file::load(name)?;
         check_task(arguments.task, name, &source)?;
         if let Some(loaded) = &loaded {
             check_robot(loaded, name, &source)?;
@@ -108,7 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Refuses knowledge of another robot's sensors, and says where the robot moves differently.
 fn check_robot(loaded: &Loaded, name: &str, source: &ArenaSource) -> Result<(), Failure> {
-    let (learned, here) = (loaded.coefficients.parameters(), preset(source));
+    let (learned, here) = (loaded.coefficients.parameters(), preset(source.robot()));
     if learned.sensing != here.sensing {
         return Err(Failure::Failed(format!(
             "this was learned with sensors from {} to {} cm in front, the robot of arena {name} \
@@ -156,7 +158,7 @@ fn drive(
         return Ok(examine_knowledge(exam, coefficients, known));
     }
     let model = exam.source.robot();
-    let coefficients = Coefficients::new(&preset(&exam.source))?;
+    let coefficients = Coefficients::new(&preset(model))?;
     let mut learner: Option<baseline::QLearning> = None;
     if controller == ControllerChoice::QLearning {
         let mut driver = baseline::QLearning::new(model, exam.seed);

@@ -3,18 +3,20 @@
 use std::ops::Range;
 use std::path::Path;
 
+use parry2d_f64::math::Vector;
 use toml::Spanned;
 
-use super::error::ArenaError;
-use super::file::{
+use super::entry::{
     ArenaEntry, CircleEntry, GoalEntry, ModelEntry, Number, PolygonEntry, RectEntry, RobotEntry,
     StartEntry,
 };
+use super::error::ArenaError;
+use super::files::Files;
 use super::map_server;
 use super::model::{RobotModel, Side};
 use super::obstacle::{Circle, Obstacle, Polygon, Rect};
-use super::robot::{Pose, degrees};
-use super::source::Goal;
+use super::pose::{Pose, degrees};
+use super::scenario::Goal;
 use super::world::World;
 
 /// No arena is larger: 1 km, a quarter of what a distance sample can hold.
@@ -58,18 +60,18 @@ impl Text<'_> {
         Err(self.at(&n.span(), expected))
     }
 
-    pub(super) fn world(&self, entry: &ArenaEntry) -> Result<World, ArenaError> {
-        let (size, mut obstacles) = self.size(entry)?;
+    pub(super) fn world(&self, entry: &ArenaEntry, files: &mut Files) -> Result<World, ArenaError> {
+        let (size, mut obstacles) = self.size(entry, files)?;
         for rect in &entry.rect {
-            let shape = self.rect(rect.get_ref())?;
+            let shape = Obstacle::Rect(self.rect(rect.get_ref())?);
             obstacles.push(self.inside("rectangle", &rect.span(), shape, size)?);
         }
         for circle in &entry.circle {
-            let shape = self.circle(circle.get_ref())?;
+            let shape = Obstacle::Circle(self.circle(circle.get_ref())?);
             obstacles.push(self.inside("circle", &circle.span(), shape, size)?);
         }
         for polygon in &entry.polygon {
-            let shape = self.polygon(polygon.get_ref())?;
+            let shape = Obstacle::Polygon(self.polygon(polygon.get_ref())?);
             obstacles.push(self.inside("polygon", &polygon.span(), shape, size)?);
         }
         let [width, height] = size;
@@ -77,7 +79,11 @@ impl Text<'_> {
     }
 
     /// The arena's width and height, and the map that they are from.
-    fn size(&self, entry: &ArenaEntry) -> Result<([f64; 2], Vec<Obstacle>), ArenaError> {
+    fn size(
+        &self,
+        entry: &ArenaEntry,
+        files: &mut Files,
+    ) -> Result<([f64; 2], Vec<Obstacle>), ArenaError> {
         let missing = |key: &str| ArenaError::File {
             path: self.path.to_path_buf(),
             problem: format!("`{key}` is missing: expected a number"),
@@ -90,7 +96,8 @@ impl Text<'_> {
             }
             (None, None, Some(map)) => {
                 let beside = self.path.parent().unwrap_or(Path::new(""));
-                let map = Obstacle::Grid(map_server::load(&beside.join(map.get_ref()))?);
+                let map = map_server::load(&beside.join(map.get_ref()), files)?;
+                let map = Obstacle::Grid(map);
                 let [_, size] = map.bounds_cm();
                 Ok((size.to_array(), vec![map]))
             }
@@ -122,24 +129,24 @@ impl Text<'_> {
         Err(self.at(span, problem))
     }
 
-    fn rect(&self, entry: &RectEntry) -> Result<Obstacle, ArenaError> {
-        Ok(Obstacle::Rect(Rect {
+    fn rect(&self, entry: &RectEntry) -> Result<Rect, ArenaError> {
+        Ok(Rect {
             x_cm: self.number("x_cm", &entry.x_cm, 0.0..LARGEST_CM)?,
             y_cm: self.number("y_cm", &entry.y_cm, 0.0..LARGEST_CM)?,
             w_cm: self.positive("w_cm", &entry.w_cm, LARGEST_CM)?,
             h_cm: self.positive("h_cm", &entry.h_cm, LARGEST_CM)?,
-        }))
+        })
     }
 
-    fn circle(&self, entry: &CircleEntry) -> Result<Obstacle, ArenaError> {
-        Ok(Obstacle::Circle(Circle {
+    fn circle(&self, entry: &CircleEntry) -> Result<Circle, ArenaError> {
+        Ok(Circle {
             x_cm: self.number("x_cm", &entry.x_cm, 0.0..LARGEST_CM)?,
             y_cm: self.number("y_cm", &entry.y_cm, 0.0..LARGEST_CM)?,
             r_cm: self.positive("r_cm", &entry.r_cm, LARGEST_CM)?,
-        }))
+        })
     }
 
-    fn polygon(&self, entry: &PolygonEntry) -> Result<Obstacle, ArenaError> {
+    fn polygon(&self, entry: &PolygonEntry) -> Result<Polygon, ArenaError> {
         let wrong = |problem| self.at(&entry.points_cm.span(), problem);
         let point = |(i, numbers): (usize, &Vec<f64>)| match numbers[..] {
             [x, y] => Ok([x, y]),
@@ -150,9 +157,8 @@ impl Text<'_> {
             ))),
         };
         let points = entry.points_cm.get_ref().iter().enumerate().map(point);
-        let polygon = Polygon::new(points.collect::<Result<_, _>>()?);
-        let polygon = polygon.map_err(|e| wrong(format!("`points_cm` is no polygon: {e}")))?;
-        Ok(Obstacle::Polygon(polygon))
+        Polygon::new(points.collect::<Result<_, _>>()?)
+            .map_err(|e| wrong(format!("`points_cm` is no polygon: {e}")))
     }
 
     pub(super) fn start(
@@ -161,24 +167,14 @@ impl Text<'_> {
         world: &World,
         robot: &RobotModel,
     ) -> Result<Pose, ArenaError> {
-        let StartEntry {
-            x_cm,
-            y_cm,
-            heading_deg,
-        } = entry.get_ref();
+        let start = entry.get_ref();
         let pose = Pose {
-            x_cm: self.number("x_cm", x_cm, 0.0..world.width_cm())?,
-            y_cm: self.number("y_cm", y_cm, 0.0..world.height_cm())?,
-            heading: degrees(self.number("heading_deg", heading_deg, -360.0..360.0)?),
+            x_cm: self.number("x_cm", &start.x_cm, 0.0..world.width_cm())?,
+            y_cm: self.number("y_cm", &start.y_cm, 0.0..world.height_cm())?,
+            heading: degrees(self.number("heading_deg", &start.heading_deg, -360.0..360.0)?),
         };
-        let clearance = world.clearance(pose.position());
-        if clearance >= robot.contact_radius_cm {
-            return Ok(pose);
-        }
-        Err(self.at(
-            &entry.span(),
-            stands_in("start", pose.x_cm, pose.y_cm, clearance, robot),
-        ))
+        self.free("start", &entry.span(), pose.position(), world, robot)?;
+        Ok(pose)
     }
 
     pub(super) fn goal(
@@ -187,24 +183,39 @@ impl Text<'_> {
         world: &World,
         robot: &RobotModel,
     ) -> Result<Goal, ArenaError> {
-        let GoalEntry {
-            x_cm,
-            y_cm,
-            radius_cm,
-        } = entry.get_ref();
+        let goal = entry.get_ref();
         let goal = Goal {
-            x_cm: self.number("x_cm", x_cm, 0.0..world.width_cm())?,
-            y_cm: self.number("y_cm", y_cm, 0.0..world.height_cm())?,
-            radius_cm: self.positive("radius_cm", radius_cm, LARGEST_CM)?,
+            x_cm: self.number("x_cm", &goal.x_cm, 0.0..world.width_cm())?,
+            y_cm: self.number("y_cm", &goal.y_cm, 0.0..world.height_cm())?,
+            radius_cm: self.positive("radius_cm", &goal.radius_cm, LARGEST_CM)?,
         };
-        let clearance = world.clearance(goal.position());
-        if clearance >= robot.contact_radius_cm {
-            return Ok(goal);
+        self.free("goal", &entry.span(), goal.position(), world, robot)?;
+        Ok(goal)
+    }
+
+    /// Checks that the robot can stand at a place.
+    fn free(
+        &self,
+        what: &str,
+        span: &Range<usize>,
+        place: Vector,
+        world: &World,
+        robot: &RobotModel,
+    ) -> Result<(), ArenaError> {
+        let (clearance, needs) = (world.clearance(place), robot.contact_radius_cm);
+        if clearance >= needs {
+            return Ok(());
         }
-        Err(self.at(
-            &entry.span(),
-            stands_in("goal", goal.x_cm, goal.y_cm, clearance, robot),
-        ))
+        let Vector { x, y } = place;
+        let problem = if clearance == 0.0 {
+            format!("lies in an obstacle or wall: expected {needs} cm free around it")
+        } else {
+            format!(
+                "cannot stand free: {clearance:.1} cm from an obstacle or wall, where the robot \
+                 needs {needs} cm"
+            )
+        };
+        Err(self.at(span, format!("the {what} at ({x}, {y}) {problem}")))
     }
 
     pub(super) fn robot(&self, entry: &RobotEntry) -> Result<RobotModel, ArenaError> {
@@ -237,18 +248,4 @@ impl Text<'_> {
         }
         Ok(robot)
     }
-}
-
-fn stands_in(what: &str, x_cm: f64, y_cm: f64, clearance_cm: f64, robot: &RobotModel) -> String {
-    let needs = robot.contact_radius_cm;
-    if clearance_cm == 0.0 {
-        return format!(
-            "the {what} at ({x_cm}, {y_cm}) lies in an obstacle or wall: expected {needs} cm free \
-             around it"
-        );
-    }
-    format!(
-        "the {what} at ({x_cm}, {y_cm}) cannot stand free: {clearance_cm:.1} cm from an obstacle \
-         or wall, where the robot needs {needs} cm"
-    )
 }

@@ -32,108 +32,18 @@
 //! Centimetres from the lower left corner, degrees counter-clockwise with 90 = up. Unknown keys are
 //! errors, so that a misspelt one does not go unnoticed.
 
-use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
-use toml::Spanned;
+use std::path::Path;
 
 use super::check::Text;
+use super::entry::{ArenaEntry, ModelEntry};
 use super::error::ArenaError;
+use super::files::Files;
 use super::fixed::{Fixed, Task};
 use super::layout::GOAL_RADIUS_CM;
 
-pub(super) type Number = Spanned<f64>;
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct ArenaEntry {
-    pub(super) width_cm: Option<Number>,
-    pub(super) height_cm: Option<Number>,
-    pub(super) map: Option<Spanned<PathBuf>>,
-    pub(super) start: Option<Spanned<StartEntry>>,
-    pub(super) goal: Option<Spanned<GoalEntry>>,
-    #[serde(default)]
-    pub(super) rect: Vec<Spanned<RectEntry>>,
-    #[serde(default)]
-    pub(super) circle: Vec<Spanned<CircleEntry>>,
-    #[serde(default)]
-    pub(super) polygon: Vec<Spanned<PolygonEntry>>,
-    #[serde(default)]
-    pub(super) robot: RobotEntry,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct StartEntry {
-    pub(super) x_cm: Number,
-    pub(super) y_cm: Number,
-    pub(super) heading_deg: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct GoalEntry {
-    pub(super) x_cm: Number,
-    pub(super) y_cm: Number,
-    pub(super) radius_cm: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RectEntry {
-    pub(super) x_cm: Number,
-    pub(super) y_cm: Number,
-    pub(super) w_cm: Number,
-    pub(super) h_cm: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CircleEntry {
-    pub(super) x_cm: Number,
-    pub(super) y_cm: Number,
-    pub(super) r_cm: Number,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PolygonEntry {
-    // Not `[f64; 2]`, which would drop a third number without a word.
-    pub(super) points_cm: Spanned<Vec<Vec<f64>>>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RobotEntry {
-    #[serde(default)]
-    pub(super) model: ModelEntry,
-    pub(super) beam_deg: Option<Number>,
-    pub(super) step_cm: Option<Number>,
-    pub(super) contact_radius_cm: Option<Number>,
-    pub(super) front_range_cm: Option<Number>,
-    pub(super) side_range_cm: Option<Number>,
-}
-
-#[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum ModelEntry {
-    #[default]
-    Paper,
-    Harder,
-    Rover,
-}
-
-/// Reads an arena file.
-pub(super) fn load(path: &Path) -> Result<Fixed, ArenaError> {
-    let read = |source| ArenaError::Read {
-        path: path.to_path_buf(),
-        source,
-    };
-    parse(path, &std::fs::read_to_string(path).map_err(read)?)
-}
-
-/// Reads the text of an arena file; `path` is for errors, and for the place of its map.
-pub(super) fn parse(path: &Path, text: &str) -> Result<Fixed, ArenaError> {
+/// Reads an arena file, and the map that it may name.
+pub(super) fn load(path: &Path, files: &mut Files) -> Result<Fixed, ArenaError> {
+    let text = &files.text(path)?;
     let file = Text { path, text };
     let entry: ArenaEntry = toml::from_str(text).map_err(|error| {
         let problem = error.message().trim_end().replace('\n', "; ");
@@ -146,7 +56,7 @@ pub(super) fn parse(path: &Path, text: &str) -> Result<Fixed, ArenaError> {
         }
     })?;
     let robot = file.robot(&entry.robot)?;
-    let world = file.world(&entry)?;
+    let world = file.world(&entry, files)?;
     let start = entry
         .start
         .as_ref()
@@ -181,7 +91,14 @@ mod tests {
     const SIZE: &str = "width_cm = 200\nheight_cm = 100\n";
 
     fn parsed(text: &str) -> Result<Fixed, ArenaError> {
-        parse(Path::new("room.toml"), text)
+        let path = Path::new("room.toml");
+        load(
+            path,
+            &mut Files(&mut |name| {
+                let text = (name == path).then(|| text.into());
+                text.ok_or(std::io::ErrorKind::NotFound.into())
+            }),
+        )
     }
 
     fn scenario(text: &str) -> Scenario {

@@ -6,9 +6,9 @@ use rand_pcg::Pcg32;
 
 use super::layout::Margins;
 use super::model::RobotModel;
+use super::pose::Pose;
 use super::reach::Reach;
-use super::robot::Pose;
-use super::source::{Goal, Scenario};
+use super::scenario::{Goal, Scenario};
 use super::world::World;
 
 /// What the robot has to do in a fixed arena.
@@ -190,7 +190,7 @@ mod tests {
         let start = Pose {
             x_cm: 120.0,
             y_cm: 40.0,
-            heading: super::super::degrees(0.0),
+            heading: super::super::pose::degrees(0.0),
         };
         let task = Task::ReachAnywhere { radius_cm: 5.0 };
         let fixed = Fixed::new(world(), RobotModel::paper(), Some(start), task).expect("fits");

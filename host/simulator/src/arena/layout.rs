@@ -9,8 +9,8 @@ use rover_shared::units::Microdegrees;
 
 use super::model::RobotModel;
 use super::obstacle::{Obstacle, Rect};
-use super::robot::{Pose, degrees};
-use super::source::{Goal, Scenario};
+use super::pose::{Pose, degrees};
+use super::scenario::{Goal, Scenario};
 use super::world::World;
 
 /// A recipe for random arenas.

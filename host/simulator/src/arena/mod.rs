@@ -11,24 +11,34 @@
 //! | `world` | walls and obstacles: [`World::ray`], [`World::clearance`] |
 //! | `obstacle`, `grid` | the shapes an obstacle can have |
 //! | `model` | what a robot's body and sensors are: [`RobotModel`] |
+//! | `pose` | poses and units |
+//! | `scenario` | what a trial starts from: [`Scenario`] |
 //! | `robot` | a robot in a world: [`Robot::sense`], [`Robot::act`] |
 //! | `layout` | random arenas: [`Layout::paper`] and others |
-//! | `source` | where arenas come from: [`ArenaSource::load`] |
-//! | `file`, `check`, `map_server` | arena files |
+//! | `source`, `files` | where arenas come from: [`ArenaSource::named`], [`ArenaSource::read`] |
+//! | `file`, `entry`, `check` | arena files |
+//! | `map_server` | maps of the Robot Operating System |
 //! | `fixed`, `reach` | the arena that a file describes, and where its robot can get to |
+//! | `place`, `whole` | arenas as logs have them: [`Place`] |
 
 mod check;
+mod entry;
 mod error;
 mod file;
+mod files;
 mod fixed;
 mod grid;
 mod layout;
 mod map_server;
 mod model;
 mod obstacle;
+mod place;
+mod pose;
 mod reach;
 mod robot;
+mod scenario;
 mod source;
+mod whole;
 mod world;
 
 pub use error::ArenaError;
@@ -37,6 +47,9 @@ pub use layout::{Layout, Margins};
 pub use model::{RangeSensor, RobotModel, Side};
 pub use obstacle::{Circle, Obstacle, Polygon, PolygonError, Rect};
 pub use parry2d_f64::math::Vector;
-pub use robot::{Motion, Pose, Robot, degrees, micrometres, radians, unit};
-pub use source::{ArenaSource, Goal, Scenario};
+pub use place::{Outline, Place};
+pub use pose::{Pose, degrees, micrometres, radians, unit};
+pub use robot::{Motion, Robot};
+pub use scenario::{Goal, Scenario};
+pub use source::ArenaSource;
 pub use world::World;

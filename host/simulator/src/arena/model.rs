@@ -1,11 +1,14 @@
 //! What a robot is: its step, its body and its range sensors.
 
 use rover_shared::units::Micrometres;
+use serde::{Deserialize, Serialize};
 
-use super::robot::micrometres;
+use super::pose::micrometres;
+use super::whole::{udeg, um};
 
 /// The sensing neuron that a range sensor feeds (Fig. 2a).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Ahead; of several sensors, the one that sees nearest counts (IV-A).
     Front,
@@ -17,32 +20,41 @@ pub enum Side {
 
 /// A sensor that reports the free distance within its field of view: a fan of rays, the shortest
 /// of which counts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct RangeSensor {
     /// The neuron it feeds.
     pub side: Side,
     /// Where the distance is measured from: forward and to the left of the robot's centre.
+    #[serde(rename = "mount_um", with = "um")]
     pub mount_cm: [f64; 2],
     /// Where the middle of the field points, counter-clockwise from straight ahead.
+    #[serde(rename = "axis_udeg", with = "udeg")]
     pub axis_deg: f64,
     /// The field reaches this far to both sides of the axis.
+    #[serde(rename = "half_field_udeg", with = "udeg")]
     pub half_field_deg: f64,
     /// Rays, spread evenly over the field with one at each edge; at least 1 (then on the axis).
-    pub rays: usize,
+    pub rays: u32,
     /// The reading where something is nearer than this.
+    #[serde(rename = "min_um", with = "um")]
     pub min_cm: f64,
     /// The reading where nothing is nearer than this.
+    #[serde(rename = "max_um", with = "um")]
     pub max_cm: f64,
 }
 
 /// A robot's body, step and sensors.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RobotModel {
     /// The module of all actions, w_m (II-C).
+    #[serde(rename = "step_um", with = "um")]
     pub step_cm: f64,
     /// The largest turn that an action may have, which the phases are limited to. Not the paper's.
+    #[serde(rename = "max_turn_udeg", with = "udeg")]
     pub max_turn_deg: f64,
     /// A move that would bring the robot's centre closer than this to anything is blocked.
+    #[serde(rename = "contact_radius_um", with = "um")]
     pub contact_radius_cm: f64,
     /// Range sensors: at least one for each [`Side`].
     pub sensors: Vec<RangeSensor>,
@@ -56,8 +68,8 @@ const RAY_SPACING_DEG: f64 = 5.0;
 const ROVER_RADIUS_CM: f64 = 17.5;
 
 impl RangeSensor {
-    fn rays_for(half_field_deg: f64) -> usize {
-        (2.0 * half_field_deg / RAY_SPACING_DEG).round() as usize + 1
+    fn rays_for(half_field_deg: f64) -> u32 {
+        (2.0 * half_field_deg / RAY_SPACING_DEG).round() as u32 + 1
     }
 
     /// The sensors of III-A: measured from the centre, 45 degrees to both sides of the axis.

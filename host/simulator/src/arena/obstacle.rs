@@ -5,9 +5,11 @@ use parry2d_f64::math::{Pose, Vector};
 use parry2d_f64::query::{PointQuery, Ray, RayCast};
 use parry2d_f64::shape::{Ball, Polyline};
 use parry2d_f64::utils::{SegmentsIntersection, point_in_poly2d, segments_intersection2d};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::grid::OccupancyGrid;
+use super::whole::um;
 
 /// Something that a robot cannot enter.
 #[derive(Clone, Debug)]
@@ -23,26 +25,35 @@ pub enum Obstacle {
 }
 
 /// A rectangle parallel to the walls.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Rect {
     /// Left edge.
+    #[serde(rename = "x_um", with = "um")]
     pub x_cm: f64,
     /// Lower edge.
+    #[serde(rename = "y_um", with = "um")]
     pub y_cm: f64,
     /// Width, positive.
+    #[serde(rename = "w_um", with = "um")]
     pub w_cm: f64,
     /// Height, positive.
+    #[serde(rename = "h_um", with = "um")]
     pub h_cm: f64,
 }
 
 /// A disc.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Circle {
     /// Centre, from the left.
+    #[serde(rename = "x_um", with = "um")]
     pub x_cm: f64,
     /// Centre, from below.
+    #[serde(rename = "y_um", with = "um")]
     pub y_cm: f64,
     /// Radius, positive.
+    #[serde(rename = "radius_um", with = "um")]
     pub r_cm: f64,
 }
 

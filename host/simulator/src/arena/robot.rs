@@ -7,19 +7,9 @@ use rover_shared::sensing::Sample;
 use rover_shared::units::{Microdegrees, Micrometres};
 
 use super::model::{RobotModel, Side};
-use super::source::{Goal, Scenario};
+use super::pose::{Pose, degrees, micrometres, unit};
+use super::scenario::{Goal, Scenario};
 use super::world::World;
-
-/// Where a robot is and where it points.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// From the left wall.
-    pub x_cm: f64,
-    /// From the lower wall.
-    pub y_cm: f64,
-    /// Counter-clockwise, 0 = right, 90 degrees = up.
-    pub heading: Microdegrees,
-}
 
 /// What became of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -44,44 +34,15 @@ pub struct Robot {
     rays: Vec<Vec<Vector>>,
 }
 
-/// Centimetres as the core counts lengths: rounded to a micrometre, never below 0.
-pub fn micrometres(cm: f64) -> Micrometres {
-    // `as` saturates, so that nothing outside the range of the type can wrap.
-    Micrometres((cm * f64::from(Micrometres::PER_CM)).round() as u32)
-}
-
-/// Degrees, any number of turns, as the core counts angles.
-pub fn degrees(degrees: f64) -> Microdegrees {
-    Microdegrees::wrapped((degrees * f64::from(Microdegrees::PER_DEGREE)).round() as i64)
-}
-
-/// An angle in radians.
-pub fn radians(angle: Microdegrees) -> f64 {
-    (f64::from(angle.0) / f64::from(Microdegrees::PER_DEGREE)).to_radians()
-}
-
-/// The vector of length 1 in a direction.
-pub fn unit(direction: Microdegrees) -> Vector {
-    let (sin, cos) = libm::sincos(radians(direction));
-    Vector::new(cos, sin)
-}
-
-impl Pose {
-    /// The robot's centre.
-    pub fn position(&self) -> Vector {
-        Vector::new(self.x_cm, self.y_cm)
-    }
-}
-
 impl Robot {
     /// The robot of a scenario at its start.
     pub fn new(scenario: &Scenario) -> Self {
         let model = scenario.robot.clone();
-        let fan = |axis: f64, half_field: f64, rays: usize| -> Vec<Vector> {
-            let spacing = 2.0 * half_field / rays.saturating_sub(1).max(1) as f64;
+        let fan = |axis: f64, half_field: f64, rays: u32| -> Vec<Vector> {
+            let spacing = 2.0 * half_field / f64::from(rays.saturating_sub(1).max(1));
             let first = if rays > 1 { axis - half_field } else { axis };
             (0..rays.max(1))
-                .map(|i| unit(degrees(first + spacing * i as f64)))
+                .map(|i| unit(degrees(first + spacing * f64::from(i))))
                 .collect()
         };
         let rays = model

@@ -1,46 +1,21 @@
 //! Where arenas come from: a random layout, or a file.
 
+use std::io;
 use std::path::Path;
-use std::sync::Arc;
 
-use parry2d_f64::math::Vector;
 use rand_pcg::Pcg32;
 
 use super::error::ArenaError;
+use super::files::Files;
 use super::fixed::{Fixed, Task};
-use super::grid::OccupancyGrid;
 use super::layout::{GOAL_RADIUS_CM, Layout};
 use super::model::RobotModel;
 use super::obstacle::Obstacle;
-use super::robot::Pose;
+use super::scenario::Scenario;
 use super::world::World;
 use super::{file, map_server};
 
-/// What a robot has to reach.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Goal {
-    /// From the left wall.
-    pub x_cm: f64,
-    /// From the lower wall.
-    pub y_cm: f64,
-    /// Reached when the robot's centre is no farther away than this.
-    pub radius_cm: f64,
-}
-
-/// Everything that a trial starts from.
-#[derive(Clone, Debug)]
-pub struct Scenario {
-    /// Walls and obstacles.
-    pub world: Arc<World>,
-    /// The robot's body and sensors.
-    pub robot: RobotModel,
-    /// Where the robot starts.
-    pub start: Pose,
-    /// What it has to reach; `None` where the task is to follow a direction.
-    pub goal: Option<Goal>,
-}
-
-/// Something that yields an arena for every trial.
+/// An arena for every trial.
 #[derive(Clone, Debug)]
 pub struct ArenaSource(Kind);
 
@@ -50,22 +25,6 @@ enum Kind {
     Fixed(Fixed),
 }
 
-impl Goal {
-    /// The goal's centre.
-    pub fn position(&self) -> Vector {
-        Vector::new(self.x_cm, self.y_cm)
-    }
-}
-
-impl Scenario {
-    /// The distance from start to the centre of the goal, which paths are compared with; `None`
-    /// without a goal.
-    pub fn straight_cm(&self) -> Option<f64> {
-        self.goal
-            .map(|goal| goal.position().distance(self.start.position()))
-    }
-}
-
 impl From<Layout> for ArenaSource {
     fn from(layout: Layout) -> Self {
         Self(Kind::Layout(layout))
@@ -73,7 +32,10 @@ impl From<Layout> for ArenaSource {
 }
 
 impl ArenaSource {
-    /// A built-in arena by its name, or an arena file.
+    /// Bytes of the largest file that an arena can have, a map's image.
+    pub const LARGEST_FILE: u64 = map_server::LARGEST_FILE;
+
+    /// A built-in arena by its name.
     ///
     /// | name | is |
     /// |---|---|
@@ -82,54 +44,36 @@ impl ArenaSource {
     /// | `free` | [`Layout::free`] |
     /// | `rover` | [`Layout::rover`]: 3 m, three obstacles, fields of 10 degrees |
     /// | `rover-5m` | [`Layout::rover`]: 5 m, three obstacles, fields of 10 degrees |
-    ///
-    /// # Errors
-    /// If there is no such arena, or the file is not a valid one.
-    pub fn load(spec: &str) -> Result<Self, ArenaError> {
-        let layout = match spec {
+    pub fn named(name: &str) -> Option<Self> {
+        let layout = match name {
             "paper" => Layout::paper(),
             "harder" => Layout::harder(),
             "free" => Layout::free(),
             "rover" => Layout::rover(300.0, 3, 10.0),
             "rover-5m" => Layout::rover(500.0, 3, 10.0),
-            _ => return Self::load_file(Path::new(spec)),
+            _ => return None,
         };
-        Ok(layout.into())
+        Some(layout.into())
     }
 
-    /// An arena file: TOML, or a `map_server` map.
+    /// An arena file (TOML) or a `map_server` map (YAML), by its ending. `read` returns the bytes
+    /// of this file and of those it names, whose paths are relative to the same folder; no file
+    /// needs to be read beyond [`LARGEST_FILE`](Self::LARGEST_FILE).
     ///
     /// # Errors
-    /// If the file is not a valid one.
-    pub fn load_file(path: &Path) -> Result<Self, ArenaError> {
-        let extension = path
-            .extension()
-            .and_then(|e| e.to_str())
-            .unwrap_or_default();
-        let fixed = match extension.to_ascii_lowercase().as_str() {
-            "toml" => file::load(path)?,
-            "yaml" | "yml" => map_arena(path, map_server::load(path)?)?,
+    /// If a file cannot be read or is not valid, or the ending is another.
+    pub fn read(
+        path: &Path,
+        read: &mut dyn FnMut(&Path) -> io::Result<Vec<u8>>,
+    ) -> Result<Self, ArenaError> {
+        let files = &mut Files(read);
+        let extension = path.extension().unwrap_or_default();
+        let fixed = match extension.to_ascii_lowercase().to_str() {
+            Some("toml") => file::load(path, files)?,
+            Some("yaml" | "yml") => map_arena(path, files)?,
             _ => return Err(ArenaError::Unknown(path.display().to_string())),
         };
         Ok(Self(Kind::Fixed(fixed)))
-    }
-
-    /// An arena by the text of its file; `path` is for errors, and for the place of a map that the
-    /// text names.
-    ///
-    /// # Errors
-    /// If the text is not that of a valid arena file.
-    pub fn from_toml(path: &Path, text: &str) -> Result<Self, ArenaError> {
-        Ok(Self(Kind::Fixed(file::parse(path, text)?)))
-    }
-
-    /// A `map_server` map by the contents of its YAML file and of its image; `path` is for errors.
-    ///
-    /// # Errors
-    /// If they are not those of a valid map.
-    pub fn from_map(path: &Path, yaml: &str, image: &[u8]) -> Result<Self, ArenaError> {
-        let map = map_server::from_contents(path, yaml, image)?;
-        Ok(Self(Kind::Fixed(map_arena(path, map)?)))
     }
 
     /// The arena of the next trial: all that is left to chance is drawn from `rng`.
@@ -150,8 +94,8 @@ impl ArenaSource {
 }
 
 /// A map alone: the paper's robot, and start and goal in random places.
-fn map_arena(path: &Path, map: OccupancyGrid) -> Result<Fixed, ArenaError> {
-    let map = Obstacle::Grid(map);
+fn map_arena(path: &Path, files: &mut Files) -> Result<Fixed, ArenaError> {
+    let map = Obstacle::Grid(map_server::load(path, files)?);
     let [_, size] = map.bounds_cm();
     let world = World::new(size.x, size.y, vec![map]);
     let task = Task::ReachAnywhere {

@@ -5,7 +5,7 @@ use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 use rover_shared::units::Microdegrees;
 
-use super::{Driver, Experience, Observation, Ranges, to_degrees};
+use super::driver::{Driver, Experience, Observation, Ranges, to_degrees};
 use crate::arena::RobotModel;
 
 /// A table of action values over the three ranges in four steps each and the target's bearing in

@@ -4,7 +4,7 @@ use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 use rover_shared::units::Microdegrees;
 
-use super::{Driver, Observation};
+use super::driver::{Driver, Observation};
 
 /// Turns by a uniformly random angle within +-20 degrees, the range from which the paper draws the
 /// actions that nothing has been learned about yet (III-A).

@@ -3,7 +3,7 @@
 
 use rover_shared::units::Microdegrees;
 
-use super::{Driver, Observation, Ranges, to_degrees};
+use super::driver::{Driver, Observation, Ranges, to_degrees};
 use crate::arena::{RobotModel, degrees};
 
 /// Heads for the target; turns about before what is close ahead, always to the same side until it

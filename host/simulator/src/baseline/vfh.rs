@@ -8,7 +8,7 @@
 
 use rover_shared::units::Microdegrees;
 
-use super::{Driver, Observation, to_degrees};
+use super::driver::{Driver, Observation, to_degrees};
 use crate::arena::{RobotModel, Side, degrees};
 
 /// See the top of the file. Needs [`Observation::fan_cm`]; without it, it heads for the target.

@@ -8,9 +8,9 @@ use rover_shared::sensing::{Percept, Sample};
 use rover_shared::units::Microdegrees;
 
 use super::exam::Exam;
-use super::pilot::{Pilot, TaskKind};
-use super::trial::{Conduct, Directions, Ending, run_trial};
-use super::{Stream, generator};
+use super::pilot::{Ending, Pilot, TaskKind};
+use super::seeds::{Stream, generator};
+use super::trial::{Conduct, Directions, run_trial};
 use crate::arena::{Robot, Scenario};
 use crate::baseline::{Driver, Experience, Observation};
 

@@ -8,9 +8,9 @@ use rover_shared::random::Generator;
 use serde::Serialize;
 
 use super::measures::{Estimate, mean, proportion};
-use super::pilot::{Known, Turing};
+use super::seeds::{Stream, generator, numbered};
 use super::trial::{Conduct, Directions, Trial, run_trial};
-use super::{Stream, generator, numbered};
+use super::turing::{Known, Turing};
 use crate::arena::{ArenaSource, Scenario};
 
 /// A series of test trials.

@@ -5,8 +5,8 @@ use rover_shared::learning::StaircaseChange;
 use rover_shared::sensing::Sample;
 use rover_shared::sensing::neuron::{Activation, SensingNeuron};
 
-use super::pilot::{Event, TaskKind, Witness};
-use super::trial::Ending;
+use super::pilot::{Ending, TaskKind};
+use super::turing::{Event, Witness};
 
 /// All changes of the staircases, (5) and (6), in order. With them, the staircases at any action
 /// can be told without running the core again.

@@ -5,9 +5,9 @@ use rand_pcg::Pcg32;
 use rover_shared::sensing::Sample;
 use rover_shared::units::Microdegrees;
 
-use super::measures::directedness;
-use super::pilot::{Pilot, TaskKind};
-use crate::arena::{Motion, Robot, RobotModel, Scenario};
+use super::measures::{directedness, mean};
+use super::pilot::{Ending, Pilot, TaskKind};
+use crate::arena::{Motion, Robot, RobotModel, Scenario, Side, micrometres};
 
 /// How a trial is conducted.
 #[derive(Clone, Debug)]
@@ -50,16 +50,6 @@ fn any_direction(rng: &mut Pcg32) -> Microdegrees {
     Microdegrees::wrapped((i64::from(rng.next_u32()) * turn) >> 32)
 }
 
-/// How a trial ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Ending {
-    /// At the target.
-    Reached,
-    /// All actions were used up.
-    OutOfSteps,
-}
-
 /// What became of a trial.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -97,7 +87,7 @@ impl Trial {
 pub fn run_trial(scenario: &Scenario, conduct: &mut Conduct, pilot: &mut impl Pilot) -> Trial {
     let mut robot = Robot::new(scenario);
     if conduct.directions.is_some() {
-        // Who follows a direction has no target, even in an arena that has one.
+        // Following a direction, the robot has no target, even in an arena that has one.
         robot.set_goal(None);
     }
     let mut path_cm = vec![robot.pose().position().to_array()];
@@ -181,8 +171,7 @@ impl FreeHeading {
 
     /// Takes note of a sample.
     pub fn note(&mut self, sample: &Sample, direction: Microdegrees, robot: &RobotModel) {
-        use crate::arena::Side;
-        let range = |side| crate::arena::micrometres(robot.range_cm(side)[1]);
+        let range = |side| micrometres(robot.range_cm(side)[1]);
         let free = sample.front >= range(Side::Front)
             && sample.left >= range(Side::Left)
             && sample.right >= range(Side::Right);
@@ -195,6 +184,6 @@ impl FreeHeading {
 
     /// The mean angle in degrees.
     pub fn mean(&self) -> Option<f64> {
-        super::measures::mean(&self.angles_deg).map(|mean| mean.value)
+        mean(&self.angles_deg).map(|mean| mean.value)
     }
 }

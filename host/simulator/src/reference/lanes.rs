@@ -3,7 +3,7 @@
 
 use rover_shared::perception::LatticeParameters;
 
-use super::{CHECK_INTERVAL, LatticeState, NEIGHBOURS, STEP, STEPS, output};
+use super::state::{CHECK_INTERVAL, LatticeState, NEIGHBOURS, STEP, STEPS, output};
 
 /// The states of several runs, lane by lane.
 pub(super) struct Lanes {

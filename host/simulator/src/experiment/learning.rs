@@ -6,10 +6,11 @@ use rover_shared::learning::paper_rule::PaperRule;
 use rover_shared::parameters::Coefficients;
 use rover_shared::random::Generator;
 
+use super::exam::{Exam, ExamResult, examine_knowledge};
 use super::history::History;
-use super::pilot::{Known, Turing, Witness};
+use super::seeds::{Stream, generator};
 use super::trial::{Conduct, Directions, Trial, run_trial};
-use super::{Stream, generator};
+use super::turing::{Known, Turing, Witness};
 use crate::arena::ArenaSource;
 
 /// What a session is made of. The same plan gives the same session, bit by bit.
@@ -35,7 +36,22 @@ impl SessionPlan {
             ..self.clone()
         }
     }
+
+    /// The test of a session with this plan, in this many arenas.
+    pub fn exam(&self, arenas: u32) -> Exam {
+        Exam {
+            seed: self.seed.wrapping_add(TEST_SEED),
+            arenas,
+            steps: self.steps,
+            follow_direction: self.follow_direction,
+            source: self.arenas.clone(),
+        }
+    }
 }
+
+/// Added to a session's seed for its test, so that no session is tested with the numbers another
+/// one learned with.
+const TEST_SEED: u64 = 0x7465_7374_0000_0000;
 
 /// What came of a session.
 #[derive(Clone, Debug)]
@@ -48,6 +64,14 @@ pub struct LearnedSession {
     pub trials: Vec<Trial>,
     /// How the staircases changed.
     pub history: History,
+}
+
+impl LearnedSession {
+    /// The result of testing what was learned.
+    pub fn test(&self, exam: &Exam, coefficients: &Coefficients) -> ExamResult {
+        let trials = examine_knowledge(exam, coefficients, &self.knowledge);
+        ExamResult::new(&trials, !exam.follow_direction)
+    }
 }
 
 /// Runs a learning session. `after_trial` is told of each trial as it ends.
