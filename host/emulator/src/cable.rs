@@ -1,10 +1,11 @@
 //! The USB cable, and the port at the host's end of it.
 
-use super::noise::Noise;
-use crate::vehicle::Fault;
 use emulated_rp2040::machine::Machine;
 use emulated_rp2040::peripheral::Cycles;
 use emulated_rp2040::usb::State;
+
+use crate::garbled::Noise;
+use crate::vehicle::Fault;
 
 /// What is wrong with the cable and the host's end at the moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,7 +40,7 @@ pub struct Cable {
 }
 
 impl Cable {
-    /// A cable that is plugged in, to a port that nobody has open.
+    /// A cable that is plugged in, to a port that no program has open.
     pub fn new(machine: &mut Machine, seed: u64) -> Self {
         let now = machine.now();
         machine.usb_mut().plug(now);
@@ -69,7 +70,7 @@ impl Cable {
         self.open
     }
 
-    /// Whether the port is open and the board has heard of it.
+    /// Whether the port is open and the board knows that it is.
     pub fn connected(&self, machine: &Machine) -> bool {
         self.open && machine.usb().state() == State::Configured { dtr: true }
     }
@@ -99,7 +100,7 @@ impl Cable {
         self.outgoing.len() + machine.usb().unsent()
     }
 
-    /// Takes what has come, as much as there is room for.
+    /// Moves what has come into `buffer`, as much as there is room for; returns how many bytes.
     pub fn receive(&mut self, buffer: &mut [u8]) -> usize {
         let length = buffer.len().min(self.incoming.len());
         for (to, from) in buffer.iter_mut().zip(self.incoming.drain(..length)) {
@@ -108,7 +109,7 @@ impl Cable {
         length
     }
 
-    /// A fault begins or ends.
+    /// Begins or ends a fault of the cable or of the host's end; others do not concern it.
     pub fn set_fault(&mut self, machine: &mut Machine, fault: Fault, on: bool) {
         let now: Cycles = machine.now();
         let usb = machine.usb_mut();
@@ -135,7 +136,7 @@ impl Cable {
         }
     }
 
-    /// Carries bytes; called once a slice. Gives what came out of the board, as it left it.
+    /// Carries bytes, once a slice; returns what the board sent, before any damage.
     pub fn carry(&mut self, machine: &mut Machine) -> Vec<u8> {
         self.slices = self.slices.wrapping_add(1);
         // The host's driver closes a port whose device has left.
