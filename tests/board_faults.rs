@@ -10,7 +10,7 @@ mod thumb;
 
 use bench::{Bench, FIRMWARE, ms, room};
 use emulated_rp2040::incident::Kind;
-use rover_emulator::emulation::Emulation;
+use rover_emulator::Emulation;
 use rover_shared::action::Action;
 use rover_shared::contract::{
     ChannelHealth, CompassHealth, Fault, FaultReport, Mode, Outcome, Refusal, ResetReason, State,

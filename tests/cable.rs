@@ -11,7 +11,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use rover_link::loopback::Loopback;
+use rover_boardless::BoardlessRover;
 use rover_link::serial::SerialPort;
 use rover_link::{Client, LinkError, PortError};
 use rover_log::recorder::{RecordError, Recorder};
@@ -123,7 +123,7 @@ impl Drop for Cable {
 /// The rover's end.
 struct End {
     path: PathBuf,
-    rover: Loopback,
+    rover: BoardlessRover,
     port: Option<TTYPort>,
     /// Whether somebody has the other end open.
     open: bool,
@@ -133,7 +133,7 @@ impl End {
     fn new(seed: u64, path: PathBuf) -> Self {
         Self {
             path,
-            rover: Loopback::new(seed),
+            rover: BoardlessRover::in_empty_room(seed),
             port: None,
             open: false,
         }
@@ -195,7 +195,7 @@ impl End {
         match heard {
             Ok(length) => {
                 self.open();
-                self.rover.hear(&buffer[..length]);
+                self.rover.receive(&buffer[..length]);
             }
             Err(error) if error.kind() == ErrorKind::TimedOut => self.open(),
             // The other end is closed.
@@ -250,7 +250,7 @@ fn length(path: &str) -> u64 {
 fn commands_do_what_they_say() {
     let cable = Cable::new(1, 1);
     let status = cable.json(&["status"]);
-    assert_eq!(status["hello"]["board"], "loopback");
+    assert_eq!(status["hello"]["board"], "boardless");
     assert_eq!(status["status"]["state"], "Disarmed");
     assert_eq!(status["status"]["heading"], 0);
     let shown = text(&cable.rover(&["status"]).stdout);
@@ -385,10 +385,11 @@ fn calibrations_hold() {
         "out of range",
     );
 
-    let before = cable.json(&["status"])["status"]["distances"][2].clone();
+    // Nothing is in view: the distance is the last one of the curve.
+    assert_eq!(cable.json(&["status"])["status"]["distances"][2], 800_000);
     let points = ["500:70", "900:40", "2900:12"];
     cable.json(&[&["calibrate", "range", "left"][..], &points].concat());
-    assert_ne!(cable.json(&["status"])["status"]["distances"][2], before);
+    assert_eq!(cable.json(&["status"])["status"]["distances"][2], 700_000);
 }
 
 #[test]

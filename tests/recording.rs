@@ -12,14 +12,15 @@ use std::rc::Rc;
 
 use proptest::prelude::*;
 use rewrite::rewrite;
-use rover_link::loopback::{Loopback, LoopbackPort};
+use rover_boardless::{BoardlessPort, BoardlessRover};
+use rover_emulator::vehicle;
 use rover_link::{Client, LinkError};
 use rover_log::recorder::{RecordError, Recorder};
 use rover_log::recording::{Recorded, Recording, RecordingWriter, What};
 use rover_log::replay::{self, Replayed};
 use rover_log::replayable::{Knowledge, Sessions};
 use rover_log::{Entry, Log, ReadError};
-use rover_shared::contract::{CompassHealth, Fault, Mode, ResetReason, Task};
+use rover_shared::contract::{Fault, Mode, ResetReason, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{Command, Report};
@@ -27,7 +28,7 @@ use rover_shared::wire::message::{Command, Report};
 /// A rover that is recorded.
 struct Bench {
     recorder: Recorder,
-    rover: Rc<RefCell<Loopback>>,
+    rover: Rc<RefCell<BoardlessRover>>,
     cable: Rc<RefCell<bool>>,
     folder: tempfile::TempDir,
 }
@@ -40,13 +41,13 @@ fn seconds(seconds: u32) -> Duration {
 
 impl Bench {
     fn new(seed: u64, rotate: Option<u64>) -> Self {
-        let rover = Rc::new(RefCell::new(Loopback::new(seed)));
+        let rover = Rc::new(RefCell::new(BoardlessRover::in_empty_room(seed)));
         Self::of(rover, rotate)
     }
 
-    fn of(rover: Rc<RefCell<Loopback>>, rotate: Option<u64>) -> Self {
+    fn of(rover: Rc<RefCell<BoardlessRover>>, rotate: Option<u64>) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let port = LoopbackPort::new(rover.clone());
+        let port = BoardlessPort::new(rover.clone());
         let cable = port.cable();
         let client = Client::open(Box::new(port)).unwrap();
         let log = RecordingWriter::create(&folder.path().join("drive.mcap"), rotate, "test", None);
@@ -113,9 +114,10 @@ fn a_learning_rover_replays_to_the_same_bits() {
         // Odd things happen: a compass that fails, another order, another session.
         match i % 10 {
             2 => {
-                bench.rover.borrow_mut().compass = CompassHealth::Silent;
+                let silent = [vehicle::Fault::CompassSilent];
+                bench.rover.borrow_mut().set_faults(&silent);
                 bench.run(Duration::from_millis(300));
-                bench.rover.borrow_mut().compass = CompassHealth::Good;
+                bench.rover.borrow_mut().set_faults(&[]);
             }
             5 => bench.order(Command::SetDirection(Microdegrees::from_degrees(i as i32))),
             7 => {

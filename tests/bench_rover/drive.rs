@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_boardless::BoardlessRover;
 use rover_shared::contract::{Fault, Mode, Outcome, State, Task};
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::message::{ActionRecord, Report};
@@ -30,7 +30,7 @@ struct Drive {
 }
 
 impl Drive {
-    fn run(bench: &mut BenchRover, span: Duration) -> Self {
+    fn run(bench: &mut BoardlessRover, span: Duration) -> Self {
         let mut drive = Self::default();
         // Poses at the observations of the last ten seconds.
         let mut poses: VecDeque<(Instant, Pose)> = VecDeque::new();
@@ -38,8 +38,7 @@ impl Drive {
         let mut stall = Stall::default();
         let end = bench.now().after(span);
         while bench.now() < end {
-            let mut reports = Vec::new();
-            bench.period(&mut |report| reports.push(report));
+            let reports = bench.period();
             let pose = bench.vehicle().pose();
             poses.push_back((bench.latest().time, pose));
             if poses.len() > 500 {
@@ -106,7 +105,7 @@ struct Stall {
 }
 
 impl Stall {
-    fn note(&mut self, bench: &BenchRover, pose: Pose) -> f64 {
+    fn note(&mut self, bench: &BoardlessRover, pose: Pose) -> f64 {
         let still = self.from.is_some_and(|from| {
             pose.position().distance(from.position()) < 1.0
                 && pose.heading.turn_from(from.heading).0.abs() < 2_000_000
@@ -133,10 +132,9 @@ fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
 
 fn drive(source: &ArenaSource, seed: u64, hours: u32) -> Drive {
     let scenario = scenario(source, seed);
-    let mut memory = Memory::default();
-    let mut bench = bench(&mut memory, &scenario, seed);
+    let mut bench = bench(&scenario, seed);
     bench
-        .start(Mode::Learn, Task::FollowChangingDirection)
+        .drive(Mode::Learn, Task::FollowChangingDirection)
         .expect("all is well");
     Drive::run(&mut bench, Duration::from_millis(hours * 3_600_000))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_boardless::BoardlessRover;
 use rover_emulator::vehicle::{Channel, Fault, Side};
 use rover_shared::contract::{
     ChannelHealth, CompassHealth, Fault as Counted, Mode, Outcome, State, Task,
@@ -24,12 +24,16 @@ struct Course {
 }
 
 /// Lets a rover drive, breaks something in the middle of a move, and looks for `span`.
-fn course<R>(fault: Fault, span: Duration, look: impl FnOnce(&mut BenchRover, Course) -> R) -> R {
-    let into_a_move = |bench: &mut BenchRover| {
-        bench.run(Duration::from_millis(60_000), &mut |_| {});
+fn course<R>(
+    fault: Fault,
+    span: Duration,
+    look: impl FnOnce(&mut BoardlessRover, Course) -> R,
+) -> R {
+    let into_a_move = |bench: &mut BoardlessRover| {
+        bench.run(Duration::from_millis(60_000));
         let mut driven = 0;
         while driven < 10 {
-            bench.period(&mut |_| {});
+            bench.period();
             driven = if bench.driven() { driven + 1 } else { 0 };
         }
     };
@@ -40,23 +44,21 @@ fn course<R>(fault: Fault, span: Duration, look: impl FnOnce(&mut BenchRover, Co
 fn course_from<R>(
     fault: Fault,
     span: Duration,
-    go_on: impl FnOnce(&mut BenchRover),
-    look: impl FnOnce(&mut BenchRover, Course) -> R,
+    go_on: impl FnOnce(&mut BoardlessRover),
+    look: impl FnOnce(&mut BoardlessRover, Course) -> R,
 ) -> R {
     let scenario = scenario(&room(500.0, 10.0), 4);
-    let mut memory = Memory::default();
-    let mut bench = bench(&mut memory, &scenario, 4);
+    let mut bench = bench(&scenario, 4);
     bench
-        .start(Mode::Learn, Task::FollowChangingDirection)
+        .drive(Mode::Learn, Task::FollowChangingDirection)
         .expect("all is well");
-    bench.run(Duration::from_millis(5_000), &mut |_| {});
+    bench.run(Duration::from_millis(5_000));
     go_on(&mut bench);
     bench.set_faults(&[fault]);
     let (began, mut course) = (bench.now(), Course::new());
     let mut drives = vec![0];
     while bench.now().since(began) < span {
-        let mut reports = Vec::new();
-        bench.period(&mut |report| reports.push(report));
+        let reports = bench.period();
         let since = bench.now().since(began).0 / 1_000;
         if bench.driven() {
             course.driven = since;
@@ -136,7 +138,9 @@ fn a_range_sensor_that_hangs_stops_the_rover_within_half_a_second() {
         course_from(
             Fault::IrFrozen(channel),
             Duration::from_millis(3_000),
-            |bench| bench.run(Duration(PERIOD.0 * u64::from(periods)), &mut |_| {}),
+            |bench| {
+                bench.run(Duration(PERIOD.0 * u64::from(periods)));
+            },
             |bench, course| {
                 let found = EventKind::Range {
                     channel: index,
@@ -191,7 +195,9 @@ fn wheels_that_do_not_move_the_rover_are_stopped_and_disarmed_at_the_third_time(
         course_from(
             fault,
             Duration::from_millis(120_000),
-            |bench| bench.run(Duration(PERIOD.0 * u64::from(periods)), &mut |_| {}),
+            |bench| {
+                bench.run(Duration(PERIOD.0 * u64::from(periods)));
+            },
             |bench, course| {
                 let what = format!("{fault}, {periods}: {:?}", course.outcomes);
                 let stalls = course.outcomes.iter();

@@ -1,6 +1,6 @@
 //! Moves that a host asks for: how far they lead, what stops them, and calibrating by them.
 
-use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_boardless::BoardlessRover;
 use rover_shared::contract::{Calibration, Mode, Outcome, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
@@ -10,7 +10,7 @@ use rover_simulator::arena::{Pose, RobotModel, Scenario, World, degrees};
 use super::fixture::bench;
 
 /// An empty room of 4 m, the rover 70 cm from its left wall, its heading as given.
-fn in_an_empty_room<R>(heading_deg: f64, act: impl FnOnce(&mut BenchRover) -> R) -> R {
+fn in_an_empty_room<R>(heading_deg: f64, act: impl FnOnce(&mut BoardlessRover) -> R) -> R {
     let scenario = Scenario {
         world: World::new(400.0, 400.0, Vec::new()).into(),
         robot: RobotModel::rover(10.0),
@@ -21,20 +21,19 @@ fn in_an_empty_room<R>(heading_deg: f64, act: impl FnOnce(&mut BenchRover) -> R)
         },
         goal: None,
     };
-    let mut memory = Memory::default();
-    let mut bench = bench(&mut memory, &scenario, 5);
+    let mut bench = bench(&scenario, 5);
     bench
-        .start(Mode::Idle, Task::FollowDirection)
+        .drive(Mode::Idle, Task::FollowDirection)
         .expect("all is well");
     act(&mut bench)
 }
 
-fn say(bench: &mut BenchRover, command: Command) {
+fn say(bench: &mut BoardlessRover, command: Command) {
     bench.command(&command).expect("all is well");
 }
 
 /// One move, and a second of rest. How it ended, and how far it led.
-fn drive(bench: &mut BenchRover, turn_deg: i32, advance_cm: u32) -> (Outcome, f64) {
+fn drive(bench: &mut BoardlessRover, turn_deg: i32, advance_cm: u32) -> (Outcome, f64) {
     let from = bench.vehicle().pose().position();
     say(bench, Command::Heartbeat);
     say(bench, Command::SetMode(Mode::Host));
@@ -48,18 +47,18 @@ fn drive(bench: &mut BenchRover, turn_deg: i32, advance_cm: u32) -> (Outcome, f6
     let mut outcome = None;
     for _ in 0..100 {
         say(bench, Command::Heartbeat);
-        bench.run(Duration::from_millis(200), &mut |report| {
+        for report in bench.run(Duration::from_millis(200)) {
             if let Report::Event(event) = report
                 && let EventKind::MoveEnded(ended) = event.kind
             {
                 outcome = Some(ended);
             }
-        });
+        }
         if outcome.is_some() {
             break;
         }
     }
-    bench.run(Duration::from_millis(1_000), &mut |_| {});
+    bench.run(Duration::from_millis(1_000));
     let way = bench.vehicle().pose().position().distance(from);
     (outcome.expect("every move ends"), way)
 }
@@ -90,7 +89,7 @@ fn an_obstacle_that_comes_up_stops_the_rover_when_its_sensors_have_seen_it() {
                 advance: Micrometres::from_cm(100),
             },
         );
-        bench.run(Duration::from_millis(400), &mut |_| {});
+        bench.run(Duration::from_millis(400));
         assert!(bench.driven());
         // The right wall, 10.5 cm before the front sensors.
         let near = Pose {
@@ -100,12 +99,12 @@ fn an_obstacle_that_comes_up_stops_the_rover_when_its_sensors_have_seen_it() {
         bench.vehicle_mut().put(near);
         let began = bench.now();
         while bench.driven() {
-            bench.period(&mut |_| {});
+            bench.period();
         }
         // A measurement that sees both places, one that sees the wall, and a control period.
         let took = bench.now().since(began);
         assert!(took <= Duration::from_millis(2 * 48 + 40), "{took:?}");
-        bench.run(Duration::from_millis(500), &mut |_| {});
+        bench.run(Duration::from_millis(500));
         assert!(bench.vehicle().at_rest() && !bench.vehicle().touching());
     });
 }

@@ -2,7 +2,7 @@
 //! `cargo test --test bench_rover -- --ignored --nocapture learning_study`
 
 use rayon::prelude::*;
-use rover_emulator::vehicle::bench::{BenchRover, Memory};
+use rover_boardless::{BoardlessRover, COEFFICIENTS};
 use rover_shared::contract::{Mode, Outcome, State, Task};
 use rover_shared::sensing::ir::FARTHEST;
 use rover_shared::units::Microdegrees;
@@ -12,7 +12,7 @@ use rover_simulator::experiment::{
     Exam, ExamResult, SessionPlan, examine_knowledge, learn, numbered,
 };
 
-use super::fixture::{COEFFICIENTS, bench, room, scenario};
+use super::fixture::{bench, room, scenario};
 
 /// Actions with nothing in sight after which the angle to the direction counts: untrained phases
 /// of 20 degrees turn round in nine. (The experiments in the simulator wait for twenty, which in a
@@ -83,13 +83,12 @@ struct Block {
 }
 
 /// Lets the rover act so often; one [`Block`] for each part of the way.
-fn act(bench: &mut BenchRover, actions: u32, blocks: u32) -> Vec<Block> {
+fn act(bench: &mut BoardlessRover, actions: u32, blocks: u32) -> Vec<Block> {
     let mut free = FreeHeading::default();
     let mut done = Vec::new();
     let (mut acted, mut obstacles, mut touching) = (0, 0, 0u32);
     while acted < actions {
-        let mut reports = Vec::new();
-        bench.period(&mut |report| reports.push(report));
+        let reports = bench.period();
         touching += u32::from(bench.vehicle().touching());
         for report in reports {
             match report {
@@ -142,10 +141,9 @@ struct Session {
 /// what it learned.
 fn session(source: &ArenaSource, seed: u64) -> Session {
     let scenario = scenario(source, seed);
-    let mut memory = Memory::default();
-    let mut bench = bench(&mut memory, &scenario, seed);
+    let mut bench = bench(&scenario, seed);
     bench
-        .start(Mode::Run, Task::FollowChangingDirection)
+        .drive(Mode::Run, Task::FollowChangingDirection)
         .expect("all is well");
     let untrained = act(&mut bench, 2_000, 1)[0];
     for command in [

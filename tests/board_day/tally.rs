@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use rover_emulator::emulation::Emulation;
+use rover_emulator::Emulation;
 use rover_shared::contract::{Counters, Fault, Outcome, State};
 use rover_shared::rover::PERIOD;
 use rover_shared::wire::message::{ActionRecord, EventKind, Report, Status};

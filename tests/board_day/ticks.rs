@@ -4,7 +4,7 @@ use std::fmt;
 
 use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
 use emulated_rp2040::probe::ProbeId;
-use rover_emulator::emulation::Emulation;
+use rover_emulator::Emulation;
 use rover_shared::rover::PERIOD;
 
 use crate::bench::FIRMWARE;

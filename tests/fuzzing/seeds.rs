@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use rover_boardless::{BoardlessPort, BoardlessRover};
 use rover_link::Client;
-use rover_link::loopback::{Loopback, LoopbackPort};
 use rover_log::recorder::Recorder;
 use rover_log::recording::RecordingWriter;
 use rover_log::{LogWriter, Origin};
@@ -20,7 +20,7 @@ use rover_simulator::experiment::{Known, SessionPlan, learn};
 
 /// What goes over a wire: both ways, whole conversations and single frames.
 pub fn frames() -> Vec<Vec<u8>> {
-    let mut rover = Loopback::new(1);
+    let mut rover = BoardlessRover::in_empty_room(1);
     let mut encoder = Encoder::new();
     let mut frames = Vec::new();
     rover.open();
@@ -37,7 +37,7 @@ pub fn frames() -> Vec<Vec<u8>> {
     ] {
         let mut buffer = [0; MAX_FRAME];
         let frame = encoder.encode(&command, &mut buffer).unwrap().to_vec();
-        rover.hear(&frame);
+        rover.receive(&frame);
         // The message alone, to be put into a frame again.
         frames.push(frame[3..frame.len().saturating_sub(5)].to_vec());
         frames.push(frame);
@@ -99,8 +99,8 @@ pub fn logs() -> Vec<Vec<u8>> {
 fn recording() -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("drive.mcap");
-    let rover = Rc::new(RefCell::new(Loopback::new(1)));
-    let client = Client::open(Box::new(LoopbackPort::new(rover))).unwrap();
+    let rover = Rc::new(RefCell::new(BoardlessRover::in_empty_room(1)));
+    let client = Client::open(Box::new(BoardlessPort::new(rover))).unwrap();
     let log = RecordingWriter::create(&path, None, "test", None).unwrap();
     let mut recorder = Recorder::begin(client, None, log).unwrap();
     for command in [Command::Arm, Command::SetMode(contract::Mode::Learn)] {

@@ -171,7 +171,7 @@ fn a_rover_that_says_nothing_keeps_no_key_waiting_and_is_called_silent() {
     assert!(scene.source.now() - began < 5 * TICK);
     scene.run(1);
     let picture = scene.picture(80, 24);
-    assert!(picture.contains("loopback silent for 2."), "{picture}");
+    assert!(picture.contains("boardless silent for 2."), "{picture}");
     assert!(picture.contains("as last heard"), "{picture}");
     scene.run(3);
     let unanswered = |note: &&str| note.starts_with("arm: the rover did not answer");

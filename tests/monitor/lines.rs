@@ -64,7 +64,7 @@ fn a_rover_is_steered_and_heard_by_lines() {
         "refused: mode learn: the rover is disarmed; arm it first",
         "done: arm",
         "DRIVING (learn)",
-        "connected to loopback",
+        "connected to boardless",
         ": pattern ",
         " patterns after ",
         "range sensor front left: ",

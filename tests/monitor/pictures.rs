@@ -10,7 +10,7 @@ use rover_cli::monitor::plain::{Plain, Topic};
 use rover_cli::monitor::recording::Recording;
 use rover_cli::monitor::view::Look;
 use rover_cli::monitor::{Control, Source as _, Watch};
-use rover_shared::contract::CompassHealth;
+use rover_emulator::vehicle::Fault;
 
 use crate::anything::happening;
 use crate::scene::{Scene, picture, simulation, watched};
@@ -52,7 +52,7 @@ fn a_rover_that_was_just_found() {
 #[test]
 fn a_refusal() {
     let mut scene = Scene::new(7);
-    scene.rover.borrow_mut().compass = CompassHealth::Silent;
+    scene.rover.borrow_mut().set_faults(&[Fault::CompassSilent]);
     scene.run(1);
     scene.press("a");
     compare("refused-80x24", &scene.picture(80, 24));

@@ -7,12 +7,12 @@ use std::time::Duration;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
+use rover_boardless::{BoardlessPort, BoardlessRover};
 use rover_cli::monitor::live::Live;
 use rover_cli::monitor::terminal::TICK;
 use rover_cli::monitor::view::{self, Look};
 use rover_cli::monitor::{Source, Watch};
 use rover_link::Client;
-use rover_link::loopback::{Loopback, LoopbackPort};
 use rover_log::knowledge;
 use rover_log::{Log, LogWriter, Origin};
 use rover_shared::learning::Mode;
@@ -22,7 +22,7 @@ use rover_simulator::experiment::{Known, SessionPlan, learn};
 
 /// A watched rover.
 pub struct Scene {
-    pub rover: Rc<RefCell<Loopback>>,
+    pub rover: Rc<RefCell<BoardlessRover>>,
     pub cable: Rc<RefCell<bool>>,
     pub source: Live,
     pub watch: Watch,
@@ -38,8 +38,8 @@ impl Scene {
 
     /// A rover of which nothing was heard yet.
     pub fn unseen(seed: u64) -> Self {
-        let rover = Rc::new(RefCell::new(Loopback::new(seed)));
-        let port = LoopbackPort::new(rover.clone());
+        let rover = Rc::new(RefCell::new(BoardlessRover::in_empty_room(seed)));
+        let port = BoardlessPort::new(rover.clone());
         let cable = port.cable();
         let client = Client::open(Box::new(port)).expect("the rover answers");
         Self {

@@ -5,9 +5,8 @@ use std::rc::Rc;
 use std::sync::LazyLock;
 
 use emulated_rp2040::elf::Image;
-use rover_emulator::emulation::{Emulation, SLICE};
-use rover_emulator::port::EmulatedPort;
 use rover_emulator::vehicle::{Schedule, ScheduledFault};
+use rover_emulator::{EmulatedPort, Emulation, SLICE};
 use rover_link::{Client, LinkError};
 use rover_shared::contract::{Counters, Fault, Mode, Outcome, Refusal, State, Task};
 use rover_shared::time::{Duration, Instant};

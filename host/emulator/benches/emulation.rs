@@ -8,9 +8,8 @@ use std::rc::Rc;
 use std::time::Instant;
 
 use emulated_rp2040::elf::Image;
-use rover_emulator::emulation::Emulation;
-use rover_emulator::port::EmulatedPort;
 use rover_emulator::vehicle::Schedule;
+use rover_emulator::{EmulatedPort, Emulation};
 use rover_link::Client;
 use rover_shared::contract::{Mode, Task};
 use rover_shared::time::Duration;

@@ -2,14 +2,14 @@
 //! CMPS12 and CMPS14 as has the same registers (0 to 3; data sheets of the CMPS03, "Register
 //! functions", and of its successors).
 //!
-//! Only the bus side is here. What the registers hold, and whether anybody is there at all, is set
-//! from outside, by whoever knows where the compass points.
+//! Only the bus side is here. What the registers hold, and whether the compass answers at all, is
+//! set from outside.
 
 use emulated_rp2040::i2c::I2cDevice;
 
 /// Its address, 7 bits.
 pub const ADDRESS: u16 = 0x60;
-/// Registers that can be told from 0: version of the software, bearing as a byte, bearing in tenths
+/// Registers: version of the software, bearing as a byte, bearing in tenths
 /// of a degree clockwise from north, high byte first.
 pub const REGISTERS: usize = 4;
 

@@ -1,24 +1,23 @@
-//! The port of an emulated board. Its time is the board's: it passes while the host waits.
+//! The port of an emulated rover. Its time is the board's: it passes while the host waits.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use rover_shared::time::{Duration, Instant};
-
 use rover_link::{Port, PortError};
+use rover_shared::time::{Duration, Instant};
 
 use crate::emulation::{Emulation, SLICE};
 
-/// How long a board has to appear on the bus and to hear that its port was opened: starting up and
+/// How long a board has to appear on the bus and to see that its port was opened: starting up and
 /// being enumerated take some 0.6 s.
 const APPEARS_WITHIN: Duration = Duration::from_millis(3_000);
 /// How long the port stays closed before it is opened again, so that the board notices: it looks
 /// every 40 ms.
 const CLOSED_FOR: Duration = Duration::from_millis(100);
-/// How long bytes may wait to be taken.
+/// How long the board may leave bytes unread.
 const TAKEN_WITHIN: Duration = Duration::from_millis(2_000);
 
-/// The port of an emulated rover, which can be reached beside it.
+/// The port of an emulated rover that its owner holds too.
 pub struct EmulatedPort {
     rover: Rc<RefCell<Emulation>>,
     opened: Instant,

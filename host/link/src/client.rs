@@ -8,39 +8,39 @@ use rover_shared::wire::frame::{Encoder, FrameError, MAX_FRAME};
 use rover_shared::wire::message::{Command, Hello, Report, Status};
 use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH, compatible};
 
-use super::Port;
-use super::error::LinkError;
-use super::inbox::{Counters, Inbox, Received};
+use crate::error::LinkError;
+use crate::inbox::{Counters, Inbox, Received};
 use crate::names;
+use crate::port::Port;
 
 /// How long the rover has to answer a command. It answers within a control period, 20 ms, but
 /// for the 400 ms that erasing a sector of its flash may take.
 pub const ANSWER_WITHIN: Duration = Duration::from_millis(600);
-/// How often a command that does no harm twice is sent before giving up.
+/// How often a command that may be repeated is sent before giving up.
 const ATTEMPTS: u32 = 3;
-/// The first hello may fall into the 40 ms after which a rover looks whether its port was opened.
+/// A rover looks every 40 ms whether its port was opened: the first hello may come too early.
 const HELLO_ATTEMPTS: u32 = 8;
 const HELLO_WITHIN: Duration = Duration::from_millis(250);
 /// How long a rover may be busy with its flash: a dozen sectors, typically of 45 ms each.
 const FLASH_WITHIN: Duration = Duration::from_millis(3_000);
-/// A host that drives is given up after 2 s of silence, and warned of after half a second.
+/// The rover reports a late host after 0.5 s of silence, and stops after 2 s.
 const HEARTBEAT: Duration = Duration::from_millis(200);
 /// How long a read waits at most before heartbeats are looked at.
 const SLICE: Duration = Duration::from_millis(50);
-/// Commands kept for somebody to take them.
+/// Commands kept for [`Client::take_sent`].
 const MOST_SENT: usize = 512;
 /// Pauses between attempts to connect again: doubled from the first to the last.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(20), Duration::from_millis(1_000));
 
 /// The host's end of a conversation with a rover.
 ///
-/// Whatever the rover says is kept until it is read by [`next`](Self::next), but for answers to
-/// commands, unless [`keep_answers`](Self::keep_answers) asks for them.
+/// All reports are kept until they are read by [`next`](Self::next), except answers to commands,
+/// unless [`keep_answers`](Self::keep_answers) asks for them.
 pub struct Client {
     port: Box<dyn Port>,
     encoder: Encoder,
     inbox: Inbox,
-    /// Heard, and not looked at yet.
+    /// Received, and not sorted yet.
     fresh: VecDeque<Received>,
     /// Both sides were found to be made from the same contract.
     introduced: bool,
@@ -56,7 +56,7 @@ impl Client {
     /// Introduces host and rover to each other.
     ///
     /// # Errors
-    /// Nobody answers, or not in our protocol.
+    /// No rover answers, or not in our protocol.
     pub fn open(port: Box<dyn Port>) -> Result<Self, LinkError> {
         let mut client = Self::new(port);
         client.introduce(HELLO_ATTEMPTS)?;
@@ -75,7 +75,7 @@ impl Client {
     }
 
     fn new(port: Box<dyn Port>) -> Self {
-        let nobody = Hello {
+        let none = Hello {
             schema: 0,
             board: Default::default(),
             firmware: Default::default(),
@@ -89,14 +89,14 @@ impl Client {
             inbox: Inbox::default(),
             fresh: VecDeque::new(),
             introduced: false,
-            hello: nobody,
+            hello: none,
             keep_answers: false,
             sent: VecDeque::new(),
             heartbeat: None,
         }
     }
 
-    /// Who the rover is, as it last said.
+    /// The rover's last hello: who it is.
     pub fn hello(&self) -> &Hello {
         &self.hello
     }
@@ -111,7 +111,7 @@ impl Client {
         self.port.now()
     }
 
-    /// When [`now`](Self::now) was 0; `None` if the port's clock is not the wall clock.
+    /// As [`Port::epoch`].
     pub fn epoch(&self) -> Option<std::time::SystemTime> {
         self.port.epoch()
     }
@@ -121,20 +121,20 @@ impl Client {
         self.inbox.counters
     }
 
-    /// Whether answers to commands are also kept to be read by [`next`](Self::next), and the commands
-    /// to be had from [`take_sent`](Self::take_sent).
+    /// Sets whether answers to commands are kept too, to be read by [`next`](Self::next), and the
+    /// commands for [`take_sent`](Self::take_sent).
     pub fn keep_answers(&mut self, keep: bool) {
         self.keep_answers = keep;
     }
 
-    /// The next command that was sent while answers are kept, repetitions included. Of more than some
-    /// hundred that nobody takes the oldest are forgotten.
+    /// The next command that was sent while answers are kept, repetitions included. At most 512 are
+    /// kept; the oldest go first.
     pub fn take_sent(&mut self) -> Option<Sent> {
         self.sent.pop_front()
     }
 
-    /// Whether heartbeats are sent, as [`Mode::Host`](rover_shared::contract::Mode::Host)
-    /// needs them: at every call that waits.
+    /// Sets whether heartbeats are sent, at every call that waits, as
+    /// [`Mode::Host`](rover_shared::contract::Mode::Host) needs them.
     ///
     /// # Errors
     /// The first is refused or not answered; none are sent then.
@@ -168,25 +168,40 @@ impl Client {
         }
     }
 
-    /// Sends a command and does not wait. What the rover has to say to it is given by
-    /// [`next`](Self::next) if answers are kept, within [`ANSWER_WITHIN`] if all is well; gives the
-    /// number that its acknowledgement names.
+    /// Sends a command without waiting; returns the number that its acknowledgement names. If
+    /// answers are kept, [`next`](Self::next) returns them, within [`ANSWER_WITHIN`] if all is well.
     ///
     /// # Errors
     /// The port failed.
     pub fn post(&mut self, command: &Command) -> Result<u16, LinkError> {
-        self.send(command)
+        let mut buffer = [0; MAX_FRAME];
+        let sequence = self.encoder.next_sequence();
+        let frame = self.encoder.encode(command, &mut buffer);
+        let frame = frame.expect("a test of the contract holds every command against MAX_FRAME");
+        self.port.send(frame)?;
+        if self.keep_answers {
+            if self.sent.len() == MOST_SENT {
+                self.sent.pop_front();
+            }
+            self.sent.push_back(Sent {
+                at: self.port.now(),
+                sequence,
+                command: command.clone(),
+            });
+        }
+        Ok(sequence)
     }
 
-    /// Has a command carried out. One that does no harm twice is repeated if no answer comes.
+    /// Has a command carried out. It is repeated if no answer comes, [unless it must not
+    /// be](attempts).
     ///
     /// # Errors
     /// It is refused, or not answered.
     pub fn ask(&mut self, command: &Command) -> Result<(), LinkError> {
-        self.transact(command, |_| true).map(|_| ())
+        self.transact(command, &mut |_| true)
     }
 
-    /// Has a command carried out whose answer is a report.
+    /// Has a command carried out whose answer is a report: the first that `pick` accepts.
     ///
     /// # Errors
     /// It is refused, or not answered.
@@ -195,13 +210,12 @@ impl Client {
         command: &Command,
         pick: impl Fn(Report) -> Option<T>,
     ) -> Result<T, LinkError> {
-        let report = self.transact(command, |answer| match answer {
-            Answer::Acknowledged => false,
-            Answer::With(report) => pick(report.clone()).is_some(),
+        let mut picked = None;
+        self.transact(command, &mut |answer| {
+            picked = answer.and_then(|report| pick(report.clone()));
+            picked.is_some()
         })?;
-        report
-            .and_then(pick)
-            .ok_or_else(|| LinkError::Silent(names::command(command)))
+        picked.ok_or_else(|| LinkError::Silent(names::command(command)))
     }
 
     /// The rover's state.
@@ -215,8 +229,8 @@ impl Client {
         })
     }
 
-    /// Makes the connection anew after the port failed. Tries until `patience` is over or
-    /// `give_up` says so, with growing pauses.
+    /// Connects anew after the port failed. Tries until `patience` is over or `give_up` says so,
+    /// with growing pauses.
     ///
     /// # Errors
     /// The last one; at once if the rover that is found speaks another protocol.
@@ -227,7 +241,7 @@ impl Client {
     ) -> Result<(), LinkError> {
         let until = self.port.now().after(patience);
         let mut pause = PAUSES.0;
-        // One at least: who has less patience waits for that.
+        // At least one, however short the patience.
         let attempts = u32::try_from(patience.0 / HELLO_WITHIN.0).unwrap_or(u32::MAX);
         let attempts = attempts.clamp(1, HELLO_ATTEMPTS);
         loop {
@@ -265,8 +279,8 @@ impl Client {
         }
     }
 
-    /// Puts back what was read and belongs to others, before what waits.
-    pub(super) fn put_back(&mut self, read: Vec<Received>) {
+    /// Puts back what was read and not used, before what waits.
+    pub(crate) fn put_back(&mut self, read: Vec<Received>) {
         self.inbox.put_back(read);
     }
 
@@ -274,11 +288,11 @@ impl Client {
         self.encoder = Encoder::new();
         self.inbox.restart();
         self.fresh.clear();
-        // Ends whatever noise the port's opening made at the other end.
+        // Ends whatever noise the opening made at the other end.
         self.port.send(&[0])?;
         let schema = SCHEMA_HASH;
         for _ in 0..attempts {
-            let sequence = self.send(&Command::Hello { schema })?;
+            let sequence = self.post(&Command::Hello { schema })?;
             let until = self.port.now().after(HELLO_WITHIN);
             let (mut open, mut hello) = (false, None);
             while self.port.now() < until {
@@ -314,16 +328,17 @@ impl Client {
         })
     }
 
-    /// Has a command answered. While the flash is being written, as for a second after a disarming,
-    /// it is asked again.
+    /// Has a command answered: acknowledged (`None`), and the reports after that up to the first
+    /// that is `wanted`. While the flash is being written, as for a second after a disarming, it is
+    /// asked again.
     fn transact(
         &mut self,
         command: &Command,
-        wanted: impl Fn(Answer<'_>) -> bool,
-    ) -> Result<Option<Report>, LinkError> {
+        wanted: &mut dyn FnMut(Option<&Report>) -> bool,
+    ) -> Result<(), LinkError> {
         let until = self.port.now().after(FLASH_WITHIN);
         loop {
-            match self.transact_once(command, &wanted) {
+            match self.transact_once(command, wanted) {
                 Err(LinkError::Refused {
                     refusal: Refusal::FlashBusy,
                     ..
@@ -336,10 +351,10 @@ impl Client {
     fn transact_once(
         &mut self,
         command: &Command,
-        wanted: &impl Fn(Answer<'_>) -> bool,
-    ) -> Result<Option<Report>, LinkError> {
+        wanted: &mut dyn FnMut(Option<&Report>) -> bool,
+    ) -> Result<(), LinkError> {
         for _ in 0..attempts(command) {
-            let sequence = self.send(command)?;
+            let sequence = self.post(command)?;
             let until = self.port.now().after(ANSWER_WITHIN);
             let mut acknowledged = false;
             while self.port.now() < until {
@@ -353,15 +368,14 @@ impl Client {
                                 let command = names::command(command);
                                 return Err(LinkError::Refused { command, refusal });
                             }
-                            if wanted(Answer::Acknowledged) {
-                                return Ok(None);
+                            if wanted(None) {
+                                return Ok(());
                             }
                             acknowledged = true;
                         }
-                        report if acknowledged && wanted(Answer::With(report)) => {
-                            let report = report.clone();
+                        report if acknowledged && wanted(Some(report)) => {
                             self.keep_if(self.keep_answers, received);
-                            return Ok(Some(report));
+                            return Ok(());
                         }
                         _ => self.sort(received)?,
                     }
@@ -371,7 +385,7 @@ impl Client {
         Err(LinkError::Silent(names::command(command)))
     }
 
-    /// Deals with what nobody has asked for.
+    /// Keeps or drops a report that answers no command.
     fn sort(&mut self, received: Received) -> Result<(), LinkError> {
         match &received.report {
             // Of a heartbeat, or late.
@@ -383,7 +397,7 @@ impl Client {
                 self.inbox.keep(received);
                 if restarted {
                     let schema = SCHEMA_HASH;
-                    self.send(&Command::Hello { schema })?;
+                    self.post(&Command::Hello { schema })?;
                 }
             }
             _ => self.inbox.keep(received),
@@ -399,31 +413,12 @@ impl Client {
         }
     }
 
-    fn send(&mut self, command: &Command) -> Result<u16, LinkError> {
-        let mut buffer = [0; MAX_FRAME];
-        let sequence = self.encoder.next_sequence();
-        let frame = self.encoder.encode(command, &mut buffer);
-        let frame = frame.expect("a test of the contract holds every command against MAX_FRAME");
-        self.port.send(frame)?;
-        if self.keep_answers {
-            if self.sent.len() == MOST_SENT {
-                self.sent.pop_front();
-            }
-            self.sent.push_back(Sent {
-                at: self.port.now(),
-                sequence,
-                command: command.clone(),
-            });
-        }
-        Ok(sequence)
-    }
-
-    /// Hears what has come, waiting at most for `patience` or a slice of time; sends heartbeats.
+    /// Receives what has come, waiting at most for `patience` or a slice of time; sends heartbeats.
     fn pump(&mut self, patience: Duration) -> Result<(), LinkError> {
         if let Some(last) = self.heartbeat
             && self.port.now().since(last) >= HEARTBEAT
         {
-            self.send(&Command::Heartbeat)?;
+            self.post(&Command::Heartbeat)?;
             self.heartbeat = Some(self.port.now());
         }
         let mut buffer = [0; 1_024];
@@ -454,14 +449,8 @@ pub struct Sent {
     pub command: Command,
 }
 
-/// What came after a command.
-enum Answer<'a> {
-    Acknowledged,
-    With(&'a Report),
-}
-
-/// How often a command may be sent if no acknowledgement comes: once if it was perhaps carried out, and
-/// would do harm a second time.
+/// How often a command may be sent if no acknowledgement comes: once if it may have been carried
+/// out and would do harm a second time.
 pub fn attempts(command: &Command) -> u32 {
     let harmless_twice = match command {
         Command::Drive { .. } | Command::StoreKnowledge => false,
@@ -471,6 +460,3 @@ pub fn attempts(command: &Command) -> u32 {
     };
     if harmless_twice { ATTEMPTS } else { 1 }
 }
-
-#[cfg(test)]
-mod tests;

@@ -4,7 +4,7 @@ use rover_shared::wire::usb;
 use serde::Serialize;
 use serialport::{SerialPortInfo, SerialPortType};
 
-use super::PortError;
+use crate::port::PortError;
 
 /// A serial port of this machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -17,7 +17,7 @@ pub struct Found {
     pub usb: Option<UsbNames>,
 }
 
-/// What a USB device says of itself.
+/// How a USB device describes itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct UsbNames {
     /// Number of the vendor.
@@ -37,7 +37,7 @@ pub struct UsbNames {
 /// # Errors
 /// [`PortError::NoList`].
 pub fn ports() -> Result<Vec<Found>, PortError> {
-    // The library takes it for granted.
+    // The library assumes that there is one.
     if cfg!(target_os = "linux") && !std::path::Path::new("/sys/class/tty").is_dir() {
         return Err(PortError::NoList("there is no /sys/class/tty".into()));
     }
@@ -120,8 +120,8 @@ impl From<SerialPortInfo> for Found {
 }
 
 impl UsbNames {
-    /// The numbers are shared by everybody who tests, so the name must fit too; Windows does not
-    /// tell the name, and there the numbers have to do.
+    /// The numbers are shared by everybody who tests, so the name must match too. Windows does not
+    /// tell the name: there the numbers are enough.
     fn is_rover(&self) -> bool {
         let numbers = (self.vendor, self.product) == (usb::VENDOR, usb::PRODUCT);
         let named = match &self.product_name {

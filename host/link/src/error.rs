@@ -3,7 +3,8 @@
 use rover_shared::contract::Refusal;
 use rover_shared::wire::Mismatch;
 
-use super::{PortError, explain};
+use crate::port::PortError;
+use crate::refusal::explain;
 
 /// Why a command was not carried out, or a connection not made.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -20,7 +21,7 @@ pub enum LinkError {
         /// What differs.
         mismatch: Mismatch,
     },
-    /// Nothing that answers like a rover is there.
+    /// Nothing there answers as a rover does.
     #[error(
         "{0}: nothing there answers as a rover does: check that its firmware runs, and that \
          --port names the rover"
@@ -37,7 +38,7 @@ pub enum LinkError {
         /// Why.
         refusal: Refusal,
     },
-    /// What came of a transfer is not what was sent.
+    /// Knowledge could not be transferred whole.
     #[error("the rover's knowledge could not be transferred: {0}: try again")]
     Transfer(&'static str),
 }

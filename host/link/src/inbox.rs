@@ -7,14 +7,14 @@ use rover_shared::wire::frame::{Decoder, Frame, FrameError};
 use rover_shared::wire::message::Report;
 use serde::Serialize;
 
-/// Reports that wait at most: minutes of telemetry. A program that does not read for so long
-/// loses the newest, and is told how many.
+/// Most reports that wait: minutes of telemetry. A program that does not read for so long loses
+/// the newest, and is told how many.
 const CAPACITY: usize = 4_096;
 
 /// A report, and how it came.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Received {
-    /// When it was heard, on the port's clock.
+    /// When it came, on the port's clock.
     pub at: Instant,
     /// The number of its frame.
     pub sequence: u16,
@@ -33,33 +33,33 @@ pub struct Counters {
     pub lost: u64,
     /// Frames that came damaged, and were dropped.
     pub damaged: u64,
-    /// Reports dropped here, for nobody read them.
+    /// Reports dropped here because they were not read.
     pub unread: u64,
-    /// How often the connection was made anew.
+    /// How often the connection was renewed.
     pub reconnected: u64,
 }
 
-/// Takes bytes apart into reports.
+/// Decodes bytes into reports, and keeps them until they are read.
 #[derive(Default)]
-pub(super) struct Inbox {
+pub(crate) struct Inbox {
     decoder: Decoder,
     /// The number of the last frame of this connection.
     last: Option<u16>,
     waiting: VecDeque<Received>,
     /// Missing before the next report that is kept.
     missing: u32,
-    pub(super) counters: Counters,
+    pub(crate) counters: Counters,
 }
 
 impl Inbox {
-    /// A new connection: what was begun is given up, and numbers start anew. What waits, stays.
-    pub(super) fn restart(&mut self) {
+    /// Begins a new connection: a half frame is dropped, and numbers start anew. What waits, stays.
+    pub(crate) fn restart(&mut self) {
         self.decoder = Decoder::new();
         self.last = None;
     }
 
-    /// Takes the next byte; gives the report or the error that it completes.
-    pub(super) fn push(&mut self, at: Instant, byte: u8) -> Option<Result<Received, FrameError>> {
+    /// Takes the next byte; returns the report or the error that it completes.
+    pub(crate) fn push(&mut self, at: Instant, byte: u8) -> Option<Result<Received, FrameError>> {
         match self.decoder.push::<Report>(byte)? {
             Ok(frame) => Some(Ok(self.number(at, frame))),
             Err(error) => {
@@ -93,7 +93,7 @@ impl Inbox {
     }
 
     /// Keeps a report to be read.
-    pub(super) fn keep(&mut self, mut received: Received) {
+    pub(crate) fn keep(&mut self, mut received: Received) {
         let lost = received.lost.saturating_add(self.missing);
         if self.waiting.len() >= CAPACITY {
             self.missing = lost.saturating_add(1);
@@ -105,19 +105,18 @@ impl Inbox {
         self.waiting.push_back(received);
     }
 
-    /// Does not keep a report, whose loss of others before it is still to be told.
-    pub(super) fn pass(&mut self, received: &Received) {
+    /// Drops a report, but keeps count of what was lost before it.
+    pub(crate) fn pass(&mut self, received: &Received) {
         self.missing = self.missing.saturating_add(received.lost);
     }
 
     /// The report that has waited longest.
-    pub(super) fn take(&mut self) -> Option<Received> {
+    pub(crate) fn take(&mut self) -> Option<Received> {
         self.waiting.pop_front()
     }
 
-    /// Puts back what was taken, before what waits; it may be over the capacity by as much then,
-    /// but takes nothing new.
-    pub(super) fn put_back(&mut self, read: Vec<Received>) {
+    /// Puts back what was taken, before what waits, even beyond the capacity.
+    pub(crate) fn put_back(&mut self, read: Vec<Received>) {
         for received in read.into_iter().rev() {
             self.waiting.push_front(received);
         }

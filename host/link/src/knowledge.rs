@@ -6,7 +6,8 @@ use rover_shared::time::Duration;
 use rover_shared::wire::message::{CHUNK_BYTES, Command, EventKind, Report};
 use rover_shared::wire::transfer::{Progress, Transfer, chunk_at};
 
-use super::{Client, LinkError};
+use crate::client::Client;
+use crate::error::LinkError;
 
 /// A full pattern vector takes 12 sectors, and the slowest flash 400 ms for each.
 const STORED_WITHIN: Duration = Duration::from_millis(10_000);

@@ -9,20 +9,22 @@
 //! | file | holds |
 //! |---|---|
 //! | `port` | what a port is: [`Port`], and what can go wrong with one |
-//! | `serial` | serial ports, which come back after the cable was pulled |
+//! | `serial` | serial ports, which reopen after the cable was pulled |
 //! | `discovery` | which serial ports are rovers |
-//! | `loopback` | a rover in this process, for tests |
 //! | `client` | the conversation: [`Client`] |
-//! | `error` | what can go wrong with it |
-//! | `inbox` | reports that wait to be read, and what was lost |
+//! | `error` | what can go wrong with it: [`LinkError`] |
+//! | `inbox` | reports that wait to be read, and what was lost: [`Received`], [`Counters`] |
 //! | `knowledge` | whole knowledge from the rover and to it |
-//! | `names` | the contract's values as words |
-//! | `text` | quantities as text |
+//! | [`names`] | the contract's values as words |
+//! | [`text`] | quantities as text |
 //! | `refusal` | why a rover refused, as a sentence with the next step |
 //!
-//! A port has its own time ([`Port::now`]). On a serial port it is the wall clock's. On an
-//! emulated board waiting for bytes *is* what lets the emulation go on, so that everything a
-//! program does with an emulated rover can be repeated. Nobody here looks at another clock.
+//! A port has its own time ([`Port::now`]), the only one that is used here. On a serial port it is
+//! the wall clock's. On an emulated board waiting for bytes *is* what lets the emulation go on, so
+//! that everything a program does with an emulated rover can be repeated.
+//!
+//! Serial ports need the feature `serial`; without it the crate has no dependency on an operating
+//! system.
 
 mod client;
 #[cfg(feature = "serial")]
@@ -30,7 +32,6 @@ pub mod discovery;
 mod error;
 mod inbox;
 mod knowledge;
-pub mod loopback;
 pub mod names;
 mod port;
 mod refusal;

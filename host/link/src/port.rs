@@ -12,7 +12,7 @@ pub trait Port {
     /// The time since the port was first opened, on the port's own clock.
     fn now(&self) -> Instant;
 
-    /// When [`now`](Self::now) was 0; `None` if the port's clock is not the wall clock.
+    /// The wall-clock time at which [`now`](Self::now) was 0; `None` if the port's clock is another.
     fn epoch(&self) -> Option<SystemTime> {
         None
     }
@@ -20,21 +20,21 @@ pub trait Port {
     /// Sends all of `bytes`.
     ///
     /// # Errors
-    /// The port is gone, or takes no bytes. It is not to be used then before
+    /// The port is gone, or takes no bytes. After that nothing works before
     /// [`reopen`](Self::reopen).
     fn send(&mut self, bytes: &[u8]) -> Result<(), PortError>;
 
-    /// Takes what has come, into the beginning of `buffer`, and gives its length. Waits at most
+    /// Reads what has come into the beginning of `buffer`, and returns its length. Waits at most
     /// for `patience`; 0 if nothing came.
     ///
     /// # Errors
     /// As [`send`](Self::send).
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> Result<usize, PortError>;
 
-    /// Lets time pass; what comes meanwhile is kept.
+    /// Waits; what comes meanwhile is kept.
     fn wait(&mut self, span: Duration);
 
-    /// Tries once to open the port again, after an error or to begin anew: the rover sees that
+    /// Tries once to close and open the port, after an error or to begin anew: the rover sees that
     /// the host was gone. The clock goes on.
     ///
     /// # Errors

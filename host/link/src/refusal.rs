@@ -1,70 +1,60 @@
 //! Why a rover refused, as a sentence with the next step.
 
 use rover_shared::contract::{ChannelHealth, CompassHealth, Refusal};
+use std::borrow::Cow;
 
 use crate::names;
 
 /// What a refusal means, and what to do about it at the command line.
 pub fn explain(refusal: Refusal) -> String {
-    let Explanation {
-        reason, command, ..
-    } = explanation(refusal);
+    let (reason, command, _) = explanation(refusal);
     joined(reason, ": ", command)
 }
 
-/// The same for who steers by the dashboard's keys. There, a line of 80 columns has room for it
-/// behind the name of what a key asks for.
+/// The same for the dashboard's keys: short enough for a line of 80 columns behind the name of what
+/// a key asks for.
 pub fn explain_by_keys(refusal: Refusal) -> String {
-    let Explanation { reason, keys, .. } = explanation(refusal);
+    let (reason, _, keys) = explanation(refusal);
     joined(reason, "; ", keys)
 }
 
-/// A reason, and the next step, if there is one.
-struct Explanation {
-    reason: String,
-    /// At the command line.
-    command: &'static str,
-    /// By keys: in few words, and without the names of commands.
-    keys: &'static str,
-}
-
-fn joined(reason: String, by: &str, next: &str) -> String {
+fn joined(reason: Cow<'static, str>, by: &str, next: &str) -> String {
     match next {
-        "" => reason,
-        _ => reason + by + next,
+        "" => reason.into(),
+        _ => reason.into_owned() + by + next,
     }
 }
 
-fn explanation(refusal: Refusal) -> Explanation {
-    let differing = |reason: &str, command, keys| Explanation {
-        reason: reason.into(),
-        command,
-        keys,
-    };
-    let same = |reason, next| differing(reason, next, next);
-    match refusal {
-        Refusal::NoHello => differing("no hello was exchanged", "try again", "connect again"),
-        Refusal::SchemaMismatch => differing(
+/// The reason, and the next step, if there is one: at the command line, and by keys, in few words
+/// and without the names of commands.
+fn explanation(refusal: Refusal) -> (Cow<'static, str>, &'static str, &'static str) {
+    let same = |reason, next| (reason, next, next);
+    let (reason, command, keys) = match refusal {
+        Refusal::NoHello => ("no hello was exchanged", "try again", "connect again"),
+        Refusal::SchemaMismatch => (
             "rover and program differ",
             "build firmware and host program from the same revision",
             "build both anew",
         ),
-        Refusal::NotArmed => differing(
+        Refusal::NotArmed => (
             "the rover is disarmed",
             "give --arm, or `rover arm` first",
             "arm it first",
         ),
-        Refusal::Armed => differing(
+        Refusal::Armed => (
             "the rover is armed or drives",
             "`rover disarm` first",
             "disarm it first",
         ),
-        Refusal::Fault(fault) => differing(
-            &format!("a fault stands ({})", names::fault(fault)),
-            "`rover disarm` acknowledges it",
-            "disarm first",
-        ),
-        Refusal::KnowledgeInvalid => differing(
+        Refusal::Fault(fault) => {
+            let reason = format!("a fault stands ({})", names::fault(fault));
+            return (
+                reason.into(),
+                "`rover disarm` acknowledges it",
+                "disarm first",
+            );
+        }
+        Refusal::KnowledgeInvalid => (
             "no valid knowledge",
             "`rover knowledge new` begins with none, `rover knowledge push FILE` gives it some",
             "send some or begin anew",
@@ -73,15 +63,15 @@ fn explanation(refusal: Refusal) -> Explanation {
             let (command, keys) = range(health);
             let (name, health) = (names::channel(channel), names::channel_health(health));
             let reason = format!("the {name} range sensor is {health}");
-            differing(&reason, command, keys)
+            return (reason.into(), command, keys);
         }
         Refusal::Compass(health) => {
             let (command, keys) = compass(health);
             let reason = format!("the compass is {}", names::compass_health(health));
-            differing(&reason, command, keys)
+            return (reason.into(), command, keys);
         }
         Refusal::ControlSilent => same("its control loop does not run", "reset the board"),
-        Refusal::FlashBusy => differing(
+        Refusal::FlashBusy => (
             "the flash is being written",
             "try again in a second",
             "try again",
@@ -89,7 +79,7 @@ fn explanation(refusal: Refusal) -> Explanation {
         Refusal::NoHeartbeat => same("it hears no heartbeats from this host", "try again"),
         Refusal::NotHostDriven => same("the host does not drive it", "`rover drive` does"),
         Refusal::MoveUnderWay => same("a move is under way", "wait until it has ended"),
-        Refusal::OutOfRange => differing("a value is out of range", "see the command's --help", ""),
+        Refusal::OutOfRange => ("a value is out of range", "see the command's --help", ""),
         Refusal::BadCalibration => same(
             "the points are no falling curve",
             "give 2 to 12 of them, counts rising and distances falling",
@@ -102,7 +92,8 @@ fn explanation(refusal: Refusal) -> Explanation {
             "learn it with `rover learn --task direction`",
         ),
         Refusal::Unsupported => same("this rover cannot do that", "it senses no target"),
-    }
+    };
+    (reason.into(), command, keys)
 }
 
 /// The next step, at the command line and by keys.

@@ -6,15 +6,15 @@ use std::time;
 use rover_shared::time::{Duration, Instant};
 use serialport::SerialPort as Device;
 
-use super::discovery::{Found, only_rover, ports, rover_with};
-use super::{Port, PortError};
+use crate::discovery::{Found, only_rover, ports, rover_with};
+use crate::port::{Port, PortError};
 
 /// USB knows no baud rate; a real UART would need this one.
 const BAUD: u32 = 115_200;
 /// How long the port may take no bytes: the firmware reads between any two control periods.
 const STUCK_AFTER: time::Duration = time::Duration::from_secs(1);
 
-/// A serial port that can come back.
+/// A serial port that can be reopened after it was unplugged.
 pub struct SerialPort {
     place: Place,
     /// Where it was opened last.
@@ -140,7 +140,7 @@ impl Port for SerialPort {
     }
 
     fn reopen(&mut self) -> Result<(), PortError> {
-        // Closed first: it drops DTR, and nobody can open it twice.
+        // Closed first: it drops DTR, and it cannot be open twice.
         self.device = None;
         self.path = match &self.place {
             Place::Path(path) => path.clone(),

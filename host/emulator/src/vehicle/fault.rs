@@ -1,4 +1,5 @@
-//! Faults that can be given to an emulated rover, as data, and how a user writes them.
+//! Faults of an emulated rover as data, and how a user writes them. What each one does is injected
+//! elsewhere: see the [crate's documentation](crate#faults).
 
 use std::fmt;
 use std::str::FromStr;
@@ -30,8 +31,8 @@ pub enum Side {
     Both,
 }
 
-/// Something that goes wrong with an emulated rover. Unless it says otherwise it lasts until its
-/// time is over, or for good.
+/// Something that goes wrong with an emulated rover. It lasts until its time is over, or for good,
+/// unless it is [momentary](Self::momentary).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// A range sensor's cable breaks: the resistor to ground pulls the pin to 0 V.
@@ -52,7 +53,7 @@ pub enum Fault {
     CompassRotated,
     /// The motors of a side get no current, and coast.
     MotorDead(Side),
-    /// The wheels of a side turn without hold.
+    /// The wheels of a side spin without grip.
     WheelsSlipping(Side),
     /// The USB cable is pulled out, and put in again when its time is over.
     UsbUnplugged,
@@ -140,7 +141,7 @@ pub const POSSIBLE: &str = "ir CHANNEL open|shorted|frozen|noisy (CHANNEL: front
     in|truncated out, flash slow, power cut, brown out, task NAME hang (NAME: sense, control, drive, link, \
     store), control overrun";
 
-/// What is written is no fault.
+/// A text that is no fault.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 #[error("there is no fault \"{0}\"; possible are: {POSSIBLE}")]
 pub struct UnknownFault(String);
@@ -179,25 +180,7 @@ impl Fault {
         simple.chain(ir).chain(motor).chain(hang).collect()
     }
 
-    /// Whether the fault is of the vehicle: its sensors, compass, motors and wheels. All others are
-    /// the board's or the host's.
-    pub const fn of_vehicle(&self) -> bool {
-        matches!(
-            self,
-            Self::IrOpen(_)
-                | Self::IrShorted(_)
-                | Self::IrFrozen(_)
-                | Self::IrNoisy(_)
-                | Self::CompassSilent
-                | Self::CompassStuck
-                | Self::CompassGarbage
-                | Self::CompassRotated
-                | Self::MotorDead(_)
-                | Self::WheelsSlipping(_)
-        )
-    }
-
-    /// Whether the fault happens in a moment rather than lasts.
+    /// Whether the fault happens at once and does not last.
     pub const fn momentary(&self) -> bool {
         matches!(self, Self::PowerCut | Self::BrownOut)
     }
@@ -308,12 +291,6 @@ mod tests {
             assert!(error.contains(&format!("\"{text}\"")), "{error}");
             assert!(error.contains("compass silent") && error.contains("task NAME hang"));
         }
-    }
-
-    #[test]
-    fn only_faults_of_the_vehicle_concern_it() {
-        let vehicle = Fault::all().into_iter().filter(Fault::of_vehicle).count();
-        assert_eq!(vehicle, 16 + 4 + 6);
     }
 
     proptest! {

@@ -241,7 +241,7 @@ impl Infrared {
         self.defect = defect;
     }
 
-    /// What a conversion gives, the `n`-th that somebody makes at this time.
+    /// The result of the `n`-th conversion at this time.
     pub(super) fn counts(&self, now_us: u64, n: u32) -> u16 {
         let moment = now_us << 8 | u64::from(n & 0xff);
         let ripple = self.model.ripple_counts * self.ripple.normal(moment);

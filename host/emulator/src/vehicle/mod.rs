@@ -1,9 +1,9 @@
 //! The physical rover around the board: range sensors, compass, motors and a body in an arena.
 //!
 //! Plain data in, plain data out; nothing here knows of an emulator or of the firmware. The levels
-//! of the motor driver's pins go in, time goes on, and what the board's inputs see comes out.
-//! Everything that chance decides is drawn from one seed and from the time, so that a run repeats
-//! whoever looks at it, however often, and in slices of whatever length.
+//! of the motor driver's pins go in, time passes, and what the board's inputs see comes out. All
+//! chance is drawn from one seed and from the time, so that a run repeats however often it is
+//! observed, and in slices of whatever length.
 //!
 //! | file | holds |
 //! |---|---|
@@ -11,10 +11,15 @@
 //! | `body` | the disc that the wheels move, and what stops it |
 //! | `infrared` | GP2D12 and GP2Y0A21: [`Characteristic`] |
 //! | `compass` | CMPS03: [`CompassModel`] |
-//! | `fault`, `schedule` | what can go wrong, and when: [`Fault`], [`Schedule`] |
-//! | [`mod@bench`] | the firmware's loop around a vehicle, without the board |
+//! | `noise` | chance that does not depend on when anybody looks |
+//! | `fault` | what can go wrong with a rover, its board and its cable too: [`Fault`] |
+//! | `schedule` | when it does: [`Schedule`] |
+//!
+//! [`Vehicle::set_faults`] turns each fault of the vehicle into a `Defect` of the part that has it:
+//! `infrared::Defect`, `compass::Defect`, or `motors::Defects`. That part does the rest. Faults of the
+//! board and of the cable are injected elsewhere; the [crate's documentation](crate#faults) says
+//! where, and how to add one.
 
-pub mod bench;
 mod body;
 mod compass;
 mod fault;
@@ -31,14 +36,13 @@ pub use schedule::{
     Changes, GRAMMAR, Moment, RunProgress, Schedule, ScheduleError, ScheduledFault,
 };
 
-use rover_shared::sensing::ir::CHANNELS;
-use rover_shared::sensing::ir::curve::RangeCurve;
-use rover_shared::time::{Duration, Instant};
-
 use body::Body;
 use compass::Compass;
 use infrared::Infrared;
 use motors::{Defects, Motors};
+use rover_shared::sensing::ir::CHANNELS;
+use rover_shared::sensing::ir::curve::RangeCurve;
+use rover_shared::time::{Duration, Instant};
 use rover_simulator::arena::{Pose, Robot, RobotModel, Scenario, World};
 
 /// How a vehicle is built.
@@ -125,9 +129,9 @@ impl Vehicle {
         }
     }
 
-    /// Lets time go on with these levels on the left and the right side's pins. The motors, the
-    /// body and the sensors change in steps of a millisecond; what is left of a span counts
-    /// towards the next.
+    /// Moves on by a span with these levels on the left and the right side's pins. Motors, body
+    /// and sensors change in steps of a millisecond; what is left of a span counts towards the
+    /// next.
     pub fn advance(&mut self, span: Duration, pins: [SidePins; 2]) {
         self.rest = self.rest.plus(span);
         while self.rest >= STEP {
@@ -175,7 +179,7 @@ impl Vehicle {
         self.body.pose()
     }
 
-    /// Puts the vehicle somewhere else, as somebody who lifts it does.
+    /// Lifts the vehicle and puts it somewhere else.
     pub fn put(&mut self, pose: Pose) {
         self.body.put(pose);
         self.seen = [None; CHANNELS];
@@ -206,18 +210,13 @@ impl Vehicle {
         self.motors.at_rest()
     }
 
-    /// Length of its way so far.
-    pub fn path_cm(&self) -> f64 {
-        self.body.path_cm()
-    }
-
     /// True distances that the range sensors would see now, at most 150 cm.
     pub fn distances_cm(&mut self) -> [f64; CHANNELS] {
         std::array::from_fn(|channel| self.look(channel))
     }
 
-    /// ADC counts of the four channels, front left, front right, left, right: what the `n`-th sweep
-    /// of the converter within this millisecond gives (it matters for the noise only).
+    /// ADC counts of the four channels, front left, front right, left, right, of the converter's
+    /// `n`-th sweep within this millisecond (`n` matters for the noise only).
     pub fn counts(&self, n: u32) -> [u16; CHANNELS] {
         let now = self.time().0;
         std::array::from_fn(|channel| self.sensors[channel].counts(now, n))
@@ -228,18 +227,13 @@ impl Vehicle {
         std::array::from_fn(|channel| self.sensors[channel].pin_volts())
     }
 
-    /// The compass's bearing: tenths of a degree, clockwise from north.
-    pub fn bearing_tenths(&self) -> u16 {
-        self.compass.tenths()
-    }
-
     /// What the compass answers on its bus.
     pub fn compass(&self) -> CompassAnswer {
         self.compass.answer()
     }
 
-    /// The faults that hold from now on, in place of those before. Faults that are not of the
-    /// vehicle are passed over.
+    /// The faults that hold from now on, in place of those before. Those that are not of the
+    /// vehicle are ignored.
     pub fn set_faults(&mut self, faults: &[Fault]) {
         if self.faults == faults {
             return;

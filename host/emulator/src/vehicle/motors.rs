@@ -27,7 +27,7 @@ enum Bridge {
 }
 
 impl SidePins {
-    /// Pins that nobody drives, as during a reset: resistors hold them low.
+    /// Pins that are not driven, as during a reset: resistors hold them low.
     pub const RELEASED: Self = Self {
         duty: 0.0,
         forward: false,
@@ -166,7 +166,7 @@ impl Motors {
         self.speed == [0.0; 2]
     }
 
-    /// One step, the `now`-th; gives the speeds over ground of both sides in cm/s.
+    /// Makes the `now`-th step; returns the speeds over ground of both sides in cm/s.
     pub(super) fn step(&mut self, now: u64, pins: [SidePins; 2], defects: Defects) -> [f64; 2] {
         let mut bridges = pins.map(SidePins::bridge);
         for (bridge, dead) in bridges.iter_mut().zip(defects.dead) {

@@ -43,7 +43,7 @@ pub struct ScheduledFault {
     pub fault: Fault,
 }
 
-/// Why something is no [`ScheduledFault`].
+/// Why a text is no [`ScheduledFault`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ScheduleError {
     /// There is no colon.
@@ -51,18 +51,18 @@ pub enum ScheduleError {
         "a fault is written {GRAMMAR}, such as 12:compass-silent; there is no colon in \"{0}\""
     )]
     NoColon(String),
-    /// The moment is none.
+    /// The moment cannot be parsed.
     #[error(
         "expected seconds (such as 12 or 0.5), \"action N\" or \"flash N\" with N from 1, not \
          \"{0}\""
     )]
     Moment(String),
-    /// The duration is none.
+    /// The duration cannot be parsed, or is out of range.
     #[error(
         "expected seconds that the fault lasts, more than 0 and at most {LONGEST_S}, not \"{0}\""
     )]
     Length(String),
-    /// The fault is none.
+    /// There is no such fault.
     #[error(transparent)]
     Fault(#[from] UnknownFault),
 }
@@ -148,10 +148,11 @@ pub struct Schedule {
     active: Vec<(Fault, Option<Instant>)>,
 }
 
-/// What changed.
+/// What changed at an update.
 #[derive(Clone, Debug, PartialEq, Eq, Default)]
 pub struct Changes {
-    /// These began; momentary ones are nowhere but here, with the time that was given for them.
+    /// These began, with the time that was given for them. Momentary ones are only here, and never
+    /// among the active.
     pub began: Vec<(Fault, Option<Duration>)>,
     /// These are over.
     pub ended: Vec<Fault>,
@@ -178,8 +179,8 @@ impl Schedule {
         self.waiting.extend_from_slice(faults);
     }
 
-    /// Takes out the power cuts that are to come in the middle of a flash operation, which only the
-    /// flash itself can meet: the operation's number from 1, and for how long.
+    /// Removes the power cuts in the middle of a flash operation, whose moment only the flash
+    /// itself knows, and returns them: the operation's number from 1, and for how long.
     pub fn take_cuts_of_operations(&mut self) -> Vec<(u32, Option<Duration>)> {
         let mut taken = Vec::new();
         self.waiting.retain(|next| match (next.fault, next.at) {
@@ -197,17 +198,12 @@ impl Schedule {
         &self.waiting
     }
 
-    /// Whether nothing is to come and nothing is to end.
-    pub fn is_settled(&self) -> bool {
-        self.waiting.is_empty() && self.active.iter().all(|(_, until)| until.is_none())
-    }
-
     /// The faults that last at this moment.
     pub fn active(&self) -> Vec<Fault> {
         self.active.iter().map(|(fault, _)| *fault).collect()
     }
 
-    /// Takes how far the run has come; gives what began and ended since the last call.
+    /// Begins and ends what is due now that the run has come this far; returns what did.
     pub fn update(&mut self, progress: &RunProgress) -> Changes {
         let mut changes = Changes::default();
         let Self { waiting, active } = self;
@@ -316,7 +312,7 @@ mod tests {
         let eight = Some(Duration(8_000_000));
         assert_eq!(schedule.take_cuts_of_operations(), [(3, eight)]);
         let mut progress = RunProgress::default();
-        assert!(schedule.update(&progress).is_empty() && !schedule.is_settled());
+        assert!(schedule.update(&progress).is_empty());
         progress.time = Instant(2_000_000);
         let silent = Fault::CompassSilent;
         assert_eq!(
@@ -337,7 +333,7 @@ mod tests {
         progress.time = Instant(14_000_000);
         assert_eq!(schedule.update(&progress).ended, [Fault::FlashSlow]);
         assert_eq!(schedule.active(), [slipping]);
-        assert!(schedule.is_settled());
+        assert_eq!(schedule.waiting(), []);
     }
 
     proptest! {

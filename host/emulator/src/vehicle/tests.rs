@@ -131,7 +131,7 @@ fn slipping_wheels_lead_nowhere() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
 
-    /// However time is sliced, and however often somebody looks.
+    /// However time is sliced, and however often it is observed.
     #[test]
     fn a_run_repeats_in_slices_of_any_length(
         seed: u64, slices in prop::collection::vec(1u64..30_000, 1..60),

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use emulated_rp2040::elf::Image;
-use rover_emulator::emulation::Emulation;
+use rover_emulator::Emulation;
 use rover_emulator::vehicle::{Schedule, ScheduledFault};
 use rover_log::arena_file;
 use rover_log::recorder::Truth;

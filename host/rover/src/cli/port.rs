@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::Failure;
 use super::emulated::{self, FIRMWARE, SETTLING, read_firmware, rover_in};
-use rover_emulator::port::EmulatedPort;
+use rover_emulator::EmulatedPort;
 use rover_link::serial::SerialPort;
 use rover_link::{Client, Port};
 use rover_log::recorder::Truth;

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serialport::{SerialPort as _, TTYPort};
 
-use rover_emulator::emulation::Emulation;
+use rover_emulator::Emulation;
 
 /// How long a host that has the port open may take no bytes. Then they are lost, as on a cable whose
 /// host is too slow; the gaps of the frames' numbers tell.

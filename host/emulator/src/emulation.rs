@@ -1,51 +1,23 @@
 //! Board, vehicle and USB cable in one time: the real firmware drives in the arena.
-//!
-//! ```text
-//!  Machine ──pins──► Vehicle ──counts, bearing──► Machine        1 ms after 1 ms
-//!     ▲ │
-//!     │ └──bytes──► Cable ──bytes──► a port's program
-//!     └────bytes─────  ▲
-//!                   faults, by their Schedule
-//! ```
-//!
-//! Everything is repeatable: the same program, arena, seed, faults and bytes from the host give the
-//! same run, to the last bit.
-//!
-//! | file | holds |
-//! |---|---|
-//! | `wiring` | which pin is wired to what |
-//! | `cable` | USB cable and the host's port |
-//! | `noise` | what a bad cable does to bytes |
-//! | `tasks` | where the firmware's tasks are, to hang them |
-//! | `track` | where the vehicle was |
-//! | `report` | what was measured: times, loads, sizes |
 
-mod cable;
-mod noise;
-mod report;
-mod tasks;
-mod track;
-pub mod wiring;
-
-use rover_shared::time::{Duration, Instant};
-use rover_shared::wire::frame::Decoder;
-use rover_shared::wire::message::Report;
-
-use crate::cmps03::Compass;
-use crate::vehicle::{
-    Build, CompassAnswer, Fault, Moment, RunProgress, Schedule, ScheduledFault, Vehicle,
-};
-use cable::Cable;
 use emulated_rp2040::elf::Image;
 use emulated_rp2040::i2c::LineFault;
 use emulated_rp2040::machine::{Machine, OutsideFlash};
-use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use emulated_rp2040::peripheral::CYCLES_PER_MICROSECOND;
+use rover_shared::time::{Duration, Instant};
+use rover_shared::wire::frame::Decoder;
+use rover_shared::wire::message::Report;
 use rover_simulator::arena::{Pose, Scenario};
-use tasks::Tasks;
-use track::Track;
-use wiring::{UnknownBoard, Wiring};
 
-pub use report::{EmulationReport, Meter, Sizes, Span};
+use crate::cable::Cable;
+use crate::cmps03::Compass;
+use crate::tasks::Tasks;
+use crate::track::Track;
+use crate::vehicle::{
+    Build, CompassAnswer, Fault, Moment, RunProgress, Schedule, ScheduledFault, Vehicle,
+};
+use crate::whereabouts::whereabouts;
+use crate::wiring::{UnknownBoard, Wiring};
 
 /// How often board and vehicle see each other.
 pub const SLICE: Duration = Duration::from_millis(1);
@@ -76,7 +48,7 @@ pub struct Emulation {
     power_back: Option<Instant>,
     /// Power cuts in the middle of flash operations, counted from 1, and for how long.
     cuts_of_operations: Vec<(u32, Option<Duration>)>,
-    /// Hears what the board says, to count its actions.
+    /// Decodes what the board sends, to count its actions.
     listener: Decoder,
     /// Where the vehicle was, slice by slice, as far back as an action may take.
     track: Track,
@@ -129,7 +101,7 @@ impl Emulation {
         &self.machine
     }
 
-    /// The board, to look into it or to spoil it.
+    /// The board, to inspect or to damage it.
     pub fn machine_mut(&mut self) -> &mut Machine {
         &mut self.machine
     }
@@ -155,10 +127,11 @@ impl Emulation {
         self.order_cuts_of_operations();
     }
 
-    /// No slice's end would meet the middle of an operation: the flash cuts the power itself.
+    /// Orders power cuts in the middle of flash operations: no slice ends there, so that the flash
+    /// has to cut the power itself.
     fn order_cuts_of_operations(&mut self) {
         for (number, lasts) in self.schedule.take_cuts_of_operations() {
-            // What was carried out before is not to be cut any more.
+            // Operations already done cannot be cut any more.
             let operation = u64::from(number.saturating_sub(1));
             self.machine
                 .cut_power_at(operation, self.seed ^ u64::from(number));
@@ -171,7 +144,7 @@ impl Emulation {
         &self.scenario
     }
 
-    /// Whether the motors get any current now.
+    /// Whether any current flows through the motors now.
     pub fn motors_driven(&self) -> bool {
         self.wiring.motors_driven(&self.machine)
     }
@@ -182,7 +155,7 @@ impl Emulation {
         self.track.pose_at(board_time)
     }
 
-    /// Faults that have not come about yet.
+    /// Faults that have not begun yet.
     pub fn outstanding(&self) -> Vec<ScheduledFault> {
         let done = self.machine.flash_operations();
         let cuts = self.cuts_of_operations.iter().copied();
@@ -197,35 +170,9 @@ impl Emulation {
             .collect()
     }
 
-    /// What the board is doing, for whoever wonders why nothing happens.
+    /// What the board is doing, in words: why nothing happens.
     pub fn whereabouts(&self) -> String {
-        let faults = self.schedule.active();
-        let mut text = self.whereabouts_of_core();
-        if !faults.is_empty() {
-            let faults: Vec<_> = faults.iter().map(ToString::to_string).collect();
-            text.push_str(&format!("; faults at work: {}", faults.join(", ")));
-        }
-        text
-    }
-
-    fn whereabouts_of_core(&self) -> String {
-        if !self.machine.powered() {
-            return "it is without power".into();
-        }
-        let core = self.machine.core();
-        let last = self.machine.incidents().first().last();
-        let incident = last.map_or("nothing went wrong before".into(), |incident| {
-            format!(
-                "before, at {:.3} s: {:?}",
-                (incident.at / CYCLES_PER_MICROSECOND) as f64 / 1e6,
-                incident.kind
-            )
-        });
-        format!(
-            "its core is at {:#010x}, {:?}; {incident}",
-            core.pc(),
-            core.activity()
-        )
+        whereabouts(&self.machine, &self.schedule.active())
     }
 
     // The port.
@@ -240,7 +187,7 @@ impl Emulation {
         self.cable.is_open()
     }
 
-    /// Whether the port is open and the board has heard of it.
+    /// Whether the port is open and the board knows that it is.
     pub fn connected(&self) -> bool {
         self.cable.connected(&self.machine)
     }
@@ -260,14 +207,14 @@ impl Emulation {
         self.cable.unsent(&self.machine)
     }
 
-    /// Takes what the board has sent.
+    /// Moves what the board has sent into `buffer`; returns how many bytes.
     pub fn receive(&mut self, buffer: &mut [u8]) -> usize {
         self.cable.receive(buffer)
     }
 
     // Time.
 
-    /// Lets a span pass, in whole slices.
+    /// Runs for a span, in whole slices.
     pub fn run(&mut self, span: Duration) {
         let until = self.now().after(span);
         while self.now() < until {
@@ -275,7 +222,7 @@ impl Emulation {
         }
     }
 
-    /// Lets slices pass until something is so, for `span` at most; gives whether it is.
+    /// Runs until `done`, for `span` at most; returns whether it was reached.
     pub fn run_until(&mut self, span: Duration, mut done: impl FnMut(&Self) -> bool) -> bool {
         let until = self.now().after(span);
         while !done(self) {
@@ -287,18 +234,18 @@ impl Emulation {
         true
     }
 
-    /// Lets one slice pass.
-    pub fn slice(&mut self) {
+    /// Runs for one slice: the order is that of the crate's documentation.
+    fn slice(&mut self) {
         self.apply_faults();
         self.tasks.keep(&mut self.machine);
         self.vehicle
             .advance(SLICE, self.wiring.motor_pins(&self.machine));
         self.sense();
         self.progress.time = self.progress.time.after(SLICE);
-        self.machine.run_until(cycles(self.progress.time));
+        self.machine
+            .run_until(self.progress.time.0 * CYCLES_PER_MICROSECOND);
         self.note_power_cut();
-        let said = self.cable.carry(&mut self.machine);
-        for byte in said {
+        for byte in self.cable.carry(&mut self.machine) {
             if let Some(Ok(frame)) = self.listener.push::<Report>(byte)
                 && matches!(frame.message, Report::Action(_))
             {
@@ -311,7 +258,7 @@ impl Emulation {
             .note(Instant(self.machine.timer_us()), self.vehicle.pose());
     }
 
-    /// What the vehicle's sensors give to the board.
+    /// Puts what the vehicle's sensors say on the board's inputs.
     fn sense(&mut self) {
         self.wiring
             .set_ranges(&mut self.machine, self.vehicle.counts(0));
@@ -340,27 +287,42 @@ impl Emulation {
             return;
         }
         for (fault, lasts) in changes.began {
-            match fault {
-                Fault::PowerCut => {
-                    self.machine.power_off();
-                    self.power_back = Some(self.now().after(lasts.unwrap_or(POWER_AWAY)));
-                }
-                Fault::BrownOut => self.machine.brown_out(),
-                fault => self.set_fault(fault, true),
-            }
+            self.set_fault(fault, true, lasts);
         }
         for fault in changes.ended {
-            self.set_fault(fault, false);
+            self.set_fault(fault, false, None);
         }
-        self.vehicle.set_faults(&self.schedule.active());
     }
 
-    fn set_fault(&mut self, fault: Fault, on: bool) {
+    /// Begins or ends a fault at the part that it concerns: where each one is injected.
+    fn set_fault(&mut self, fault: Fault, on: bool, lasts: Option<Duration>) {
+        let machine = &mut self.machine;
         match fault {
-            Fault::TaskHang(of) => self.tasks.hang(&mut self.machine, of, on),
-            Fault::FlashSlow => self.machine.set_flash_slow(on),
-            Fault::ControlOverrun => self.tasks.overrun(&mut self.machine, on),
-            fault => self.cable.set_fault(&mut self.machine, fault, on),
+            Fault::IrOpen(_)
+            | Fault::IrShorted(_)
+            | Fault::IrFrozen(_)
+            | Fault::IrNoisy(_)
+            | Fault::CompassSilent
+            | Fault::CompassStuck
+            | Fault::CompassGarbage
+            | Fault::CompassRotated
+            | Fault::MotorDead(_)
+            | Fault::WheelsSlipping(_) => self.vehicle.set_faults(&self.schedule.active()),
+            Fault::UsbUnplugged
+            | Fault::UsbDeaf
+            | Fault::UsbGarbageIn
+            | Fault::UsbGarbageOut
+            | Fault::UsbTruncatedIn
+            | Fault::UsbTruncatedOut => self.cable.set_fault(machine, fault, on),
+            Fault::TaskHang(of) => self.tasks.hang(machine, of, on),
+            Fault::ControlOverrun => self.tasks.overrun(machine, on),
+            Fault::FlashSlow => machine.set_flash_slow(on),
+            // These two are momentary: they begin and never end.
+            Fault::PowerCut => {
+                machine.power_off();
+                self.power_back = Some(self.now().after(lasts.unwrap_or(POWER_AWAY)));
+            }
+            Fault::BrownOut => machine.brown_out(),
         }
     }
 
@@ -376,14 +338,4 @@ impl Emulation {
             self.power_back = Some(self.now().after(lasts.unwrap_or(POWER_AWAY)));
         }
     }
-
-    /// What decides all chance.
-    pub const fn seed(&self) -> u64 {
-        self.seed
-    }
-}
-
-/// A moment in cycles.
-fn cycles(at: Instant) -> Cycles {
-    at.0 * CYCLES_PER_MICROSECOND
 }

@@ -1,15 +1,14 @@
 //! The USB cable, and the port at the host's end of it.
 
-use super::noise::Noise;
-use crate::vehicle::Fault;
 use emulated_rp2040::machine::Machine;
-use emulated_rp2040::peripheral::Cycles;
 use emulated_rp2040::usb::State;
+
+use crate::garbled::Garbler;
+use crate::vehicle::Fault;
 
 /// What is wrong with the cable and the host's end at the moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Defects {
-    unplugged: bool,
     deaf: bool,
     garbage_in: bool,
     garbage_out: bool,
@@ -29,8 +28,8 @@ pub struct Cable {
     /// A program has the port open.
     open: bool,
     defects: Defects,
-    noise_in: Noise,
-    noise_out: Noise,
+    garbler_in: Garbler,
+    garbler_out: Garbler,
     /// Bytes for the board that the USB host has no room for yet.
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
@@ -39,15 +38,15 @@ pub struct Cable {
 }
 
 impl Cable {
-    /// A cable that is plugged in, to a port that nobody has open.
+    /// A cable that is plugged in, to a port that no program has open.
     pub fn new(machine: &mut Machine, seed: u64) -> Self {
         let now = machine.now();
         machine.usb_mut().plug(now);
         Self {
             open: false,
             defects: Defects::default(),
-            noise_in: Noise::new(seed, 1),
-            noise_out: Noise::new(seed, 2),
+            garbler_in: Garbler::new(seed, 1),
+            garbler_out: Garbler::new(seed, 2),
             outgoing: Vec::new(),
             incoming: Vec::new(),
             slices: 0,
@@ -69,7 +68,7 @@ impl Cable {
         self.open
     }
 
-    /// Whether the port is open and the board has heard of it.
+    /// Whether the port is open and the board knows that it is.
     pub fn connected(&self, machine: &Machine) -> bool {
         self.open && machine.usb().state() == State::Configured { dtr: true }
     }
@@ -88,7 +87,7 @@ impl Cable {
     /// Queues bytes for the board.
     pub fn send(&mut self, bytes: &[u8]) {
         if self.defects.truncated_in {
-            self.outgoing.extend(self.noise_in.truncate(bytes));
+            self.outgoing.extend(self.garbler_in.truncate(bytes));
         } else {
             self.outgoing.extend_from_slice(bytes);
         }
@@ -99,7 +98,7 @@ impl Cable {
         self.outgoing.len() + machine.usb().unsent()
     }
 
-    /// Takes what has come, as much as there is room for.
+    /// Moves what has come into `buffer`, as much as there is room for; returns how many bytes.
     pub fn receive(&mut self, buffer: &mut [u8]) -> usize {
         let length = buffer.len().min(self.incoming.len());
         for (to, from) in buffer.iter_mut().zip(self.incoming.drain(..length)) {
@@ -108,21 +107,17 @@ impl Cable {
         length
     }
 
-    /// A fault begins or ends.
+    /// Begins or ends a fault of the cable or of the host's end; others do not concern it.
     pub fn set_fault(&mut self, machine: &mut Machine, fault: Fault, on: bool) {
-        let now: Cycles = machine.now();
+        let now = machine.now();
         let usb = machine.usb_mut();
         match fault {
             Fault::UsbUnplugged if on => {
-                self.defects.unplugged = true;
                 usb.unplug(now);
                 // The host's driver closes a port whose device is gone.
                 self.open = false;
             }
-            Fault::UsbUnplugged => {
-                self.defects.unplugged = false;
-                usb.plug(now);
-            }
+            Fault::UsbUnplugged => usb.plug(now),
             Fault::UsbDeaf => {
                 self.defects.deaf = on;
                 usb.set_reading(!on, now);
@@ -135,7 +130,7 @@ impl Cable {
         }
     }
 
-    /// Carries bytes; called once a slice. Gives what came out of the board, as it left it.
+    /// Carries bytes, once a slice; returns what the board sent, before any damage.
     pub fn carry(&mut self, machine: &mut Machine) -> Vec<u8> {
         self.slices = self.slices.wrapping_add(1);
         // The host's driver closes a port whose device has left.
@@ -143,14 +138,14 @@ impl Cable {
         let now = machine.now();
         let burst = self.slices.is_multiple_of(BURST_EVERY);
         if self.defects.garbage_in && burst {
-            self.outgoing.extend(self.noise_in.burst());
+            self.outgoing.extend(self.garbler_in.burst());
         }
         if !self.outgoing.is_empty() {
             let accepted = machine.usb_mut().send(&self.outgoing, now);
             self.outgoing.drain(..accepted);
         }
         if self.defects.garbage_out && burst && self.open {
-            let noise = self.noise_out.burst();
+            let noise = self.garbler_out.burst();
             self.keep(&noise);
         }
         if self.defects.deaf || !machine.usb().has_received() {
@@ -158,7 +153,7 @@ impl Cable {
         }
         let bytes = machine.usb_mut().receive(now);
         if self.open && self.defects.truncated_out {
-            let kept = self.noise_out.truncate(&bytes);
+            let kept = self.garbler_out.truncate(&bytes);
             self.keep(&kept);
         } else if self.open {
             self.keep(&bytes);

@@ -4,10 +4,9 @@
 //! A fault puts another address there: that of a few instructions in unused flash, which wait before
 //! they go on to the task, or for ever. The program itself stays as it is.
 
-use rover_shared::supervisor::Loop;
-
 use emulated_rp2040::elf::Image;
 use emulated_rp2040::machine::Machine;
+use rover_shared::supervisor::Loop;
 
 /// Offset of the instructions in the flash: right below what `memory.x` sets aside for storage, far
 /// above any program.
@@ -140,7 +139,7 @@ impl Task {
         let Some((place, poll)) = self.replaced.take() else {
             return;
         };
-        // The program may have been reset meanwhile: then nothing is to be put back.
+        // After a reset of the program the original address is there again.
         let detour = FLASH + self.detour_offset() as u32 + 1;
         if machine.read(place, 4) == Some(&detour.to_le_bytes()) {
             // It lies where it was read.

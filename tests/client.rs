@@ -1,20 +1,24 @@
+//! The conversation of a client with a rover: introduced, refused, repeated, reconnected.
+
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use rover_shared::contract::{
-    CompassHealth, Fault, Mode, Outcome, Refusal, ResetReason, State, Task,
-};
+use rover_boardless::{BoardlessPort, BoardlessRover};
+use rover_emulator::vehicle;
+use rover_link::{Client, LinkError, Port, PortError, Received};
+use rover_shared::contract::{Fault, Mode, Outcome, Refusal, ResetReason, State, Task};
+use rover_shared::time::{Duration, Instant};
 use rover_shared::units::{Microdegrees, Micrometres};
-use rover_shared::wire::message::EventKind;
+use rover_shared::wire::frame::{Encoder, MAX_FRAME};
+use rover_shared::wire::message::{Command, EventKind, Hello, Report};
+use rover_shared::wire::{PROTOCOL_VERSION, SCHEMA_HASH};
 
-use super::*;
-use crate::PortError;
-use crate::loopback::{Loopback, LoopbackPort};
-
-/// What a test has in its hands: the client, the rover behind it, and the cable between.
-fn connected(seed: u64) -> (Client, Rc<RefCell<Loopback>>, Rc<RefCell<bool>>) {
-    let rover = Rc::new(RefCell::new(Loopback::new(seed)));
-    let port = LoopbackPort::new(rover.clone());
+/// The client, the rover behind it, and the cable between.
+fn connected(seed: u64) -> (Client, Rc<RefCell<BoardlessRover>>, Rc<RefCell<bool>>) {
+    let rover = Rc::new(RefCell::new(BoardlessRover::in_empty_room(seed)));
+    let port = BoardlessPort::new(rover.clone());
     let cable = port.cable();
     (Client::open(Box::new(port)).unwrap(), rover, cable)
 }
@@ -31,7 +35,7 @@ fn everything(client: &mut Client, span: Duration) -> Vec<Received> {
 #[test]
 fn they_introduce_themselves() {
     let (client, ..) = connected(5);
-    assert_eq!(client.hello().board.as_str(), "loopback");
+    assert_eq!(client.hello().board.as_str(), "boardless");
     assert_eq!(
         (client.hello().seed, client.hello().schema),
         (5, SCHEMA_HASH)
@@ -47,14 +51,15 @@ fn commands_are_done_or_refused_with_the_reason() {
         refused.to_string().ends_with("`rover arm` first"),
         "{refused}"
     );
-    rover.borrow_mut().compass = CompassHealth::Silent;
+    let silent = [vehicle::Fault::CompassSilent];
+    rover.borrow_mut().set_faults(&silent);
     client.wait(Duration::from_millis(100)).unwrap();
     let refused = client.ask(&Command::Arm).unwrap_err().to_string();
     assert!(
         refused.contains("refused `arm`: the compass is silent"),
         "{refused}"
     );
-    rover.borrow_mut().compass = CompassHealth::Good;
+    rover.borrow_mut().set_faults(&[]);
     client.wait(Duration::from_millis(100)).unwrap();
     client.ask(&Command::Arm).unwrap();
     assert_eq!(client.status().unwrap().state, State::Armed);

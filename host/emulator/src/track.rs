@@ -3,13 +3,12 @@
 use std::collections::VecDeque;
 
 use rover_shared::time::Instant;
-
 use rover_simulator::arena::Pose;
 
 /// Places that are kept: longer than any action takes, at one a millisecond.
 const KEPT: usize = 20_000;
 
-/// The way of the last seconds.
+/// The poses of the last 20 seconds.
 #[derive(Clone, Debug, Default)]
 pub struct Track(VecDeque<(Instant, Pose)>);
 

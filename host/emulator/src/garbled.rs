@@ -3,21 +3,21 @@
 use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 
-/// Bytes that come from nowhere at a time, at most.
+/// Most bytes of one burst.
 const BURST: u32 = 40;
 /// Of so many frames one loses its end.
 const TRUNCATED_OF: u32 = 3;
 
-/// Spoils bytes that pass.
+/// What makes random bytes and cuts frames short.
 #[derive(Clone, Debug)]
-pub struct Noise {
+pub struct Garbler {
     rng: Pcg32,
     /// The frame under way loses the rest of its bytes, its end included.
     truncating: bool,
 }
 
-impl Noise {
-    /// Noise that `seed` decides.
+impl Garbler {
+    /// One that is drawn from `seed`.
     pub fn new(seed: u64, stream: u64) -> Self {
         Self {
             rng: Pcg32::new(seed, stream),
@@ -29,7 +29,7 @@ impl Noise {
         ((u64::from(self.rng.next_u32()) * u64::from(limit)) >> 32) as u32
     }
 
-    /// Random bytes, as many as come at once, zeros (which end frames) among them.
+    /// A burst of random bytes, zeros (which end frames) among them.
     pub fn burst(&mut self) -> Vec<u8> {
         let length = 1 + self.below(BURST);
         (0..length)
@@ -40,7 +40,7 @@ impl Noise {
             .collect()
     }
 
-    /// Takes the ends off some of the frames in `bytes`, which follow on those of the last call.
+    /// Cuts the ends off some of the frames in `bytes`, which continue those of the last call.
     pub fn truncate(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut kept = Vec::with_capacity(bytes.len());
         for byte in bytes {
@@ -64,8 +64,8 @@ mod tests {
 
     #[test]
     fn bursts_are_short_and_end_frames_at_times() {
-        let mut noise = Noise::new(1, 1);
-        let bursts: Vec<_> = (0..1_000).map(|_| noise.burst()).collect();
+        let mut garbler = Garbler::new(1, 1);
+        let bursts: Vec<_> = (0..1_000).map(|_| garbler.burst()).collect();
         assert!(bursts.iter().all(|burst| (1..=40).contains(&burst.len())));
         let all: Vec<u8> = bursts.concat();
         let zeros = all.iter().filter(|byte| **byte == 0).count();
@@ -74,9 +74,9 @@ mod tests {
 
     #[test]
     fn some_frames_lose_their_ends_and_others_none() {
-        let mut noise = Noise::new(1, 1);
+        let mut garbler = Garbler::new(1, 1);
         let frame = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0];
-        let kept = noise.truncate(&frame.repeat(1_000));
+        let kept = garbler.truncate(&frame.repeat(1_000));
         let whole = kept.split(|byte| *byte == 0).filter(|f| *f == &frame[..9]);
         let whole = whole.count();
         assert!((500..950).contains(&whole), "{whole} whole frames");
