@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
-use rover_shared::parameters::{Coefficients, Parameters};
+use rover_shared::parameters::Coefficients;
 use serde::Serialize;
 
-use super::{Failure, print, print_json, read_parameters, shown};
+use super::input::read_parameters;
+use super::output::{Failure, answer, shown};
+use super::simulated::{ArenaTask, preset};
 use rover_log::files::{Replacement, WriteError, writable_folder};
 use rover_log::results;
 use rover_log::{LogWriter, Origin};
 use rover_simulator::arena::ArenaSource;
 use rover_simulator::experiment::{
-    Estimate, Exam, ExamResult, LearnedSession, SessionPlan, Stream, Trial, examine_knowledge,
-    generator, learn, mean,
+    Estimate, Exam, ExamResult, LearnedSession, SessionPlan, Trial, examine_knowledge, learn, mean,
 };
 
 /// Added to a session's seed for its test, so that no session is tested with the numbers another
@@ -38,8 +39,8 @@ pub struct Arguments {
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: u32,
     /// What is to be learned
-    #[arg(long, value_enum, default_value_t = TaskChoice::Target)]
-    task: TaskChoice,
+    #[arg(long, value_enum, default_value_t = ArenaTask::Target)]
+    task: ArenaTask,
     /// paper, harder, free, rover, rover-5m, or a file (.toml, or a ROS map's .yaml)
     #[arg(long, value_name = "FILE|NAME")]
     arena: Option<String>,
@@ -62,64 +63,10 @@ impl Arguments {
     fn test(&self) -> String {
         let arena = self.arena.as_deref().unwrap_or(self.task.arena());
         match self.task {
-            TaskChoice::Target => format!("--arena {arena}"),
-            TaskChoice::Direction => format!("--arena {arena} --task direction"),
+            ArenaTask::Target => format!("--arena {arena}"),
+            ArenaTask::Direction => format!("--arena {arena} --task direction"),
         }
     }
-}
-
-/// What the robot is to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum TaskChoice {
-    /// Aim at a target, avoiding obstacles (III)
-    Target,
-    /// Follow a direction that changes at random, avoiding obstacles (IV)
-    Direction,
-}
-
-impl TaskChoice {
-    /// Trials to learn a task: 200 of at most 500 actions (III-B), or 10,000 actions in all, which
-    /// at one a second are the rover's 160 minutes (IV-B).
-    fn trials(self) -> u32 {
-        match self {
-            Self::Target => 200,
-            Self::Direction => 20,
-        }
-    }
-
-    /// The arena that a task is learned in unless another is named.
-    pub fn arena(self) -> &'static str {
-        match self {
-            Self::Target => "paper",
-            Self::Direction => "rover-5m",
-        }
-    }
-}
-
-/// Refuses a task that an arena does not hold.
-pub fn check_task(task: TaskChoice, name: &str, arenas: &ArenaSource) -> Result<(), Failure> {
-    let scenario = arenas.scenario(&mut generator(0, Stream::Testing));
-    if task == TaskChoice::Target && scenario.goal.is_none() {
-        return Err(Failure::Usage(format!(
-            "arena {name} has no target; add --task direction, or name an arena that has one"
-        )));
-    }
-    Ok(())
-}
-
-/// The parameters that suit the robot of an arena.
-pub fn preset(arenas: &ArenaSource) -> Parameters {
-    use rover_simulator::arena::Side;
-    let model = arenas.robot();
-    let mut parameters = Parameters::PAPER;
-    parameters.learning.module_cm = model.step_cm;
-    let (front, side) = (model.range_cm(Side::Front), model.range_cm(Side::Left));
-    parameters.sensing.front_near_cm = front[0];
-    parameters.sensing.front_far_cm = front[1];
-    parameters.sensing.side_near_cm = side[0];
-    parameters.sensing.side_far_cm = side[1];
-    parameters.learning.phase_limit_deg = model.max_turn_deg;
-    parameters
 }
 
 /// What the command prints for machines.
@@ -149,14 +96,14 @@ struct SessionOutcome {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = arguments.arena.as_deref().unwrap_or(arguments.task.arena());
     let arenas = ArenaSource::load(name)?;
-    check_task(arguments.task, name, &arenas)?;
+    arguments.task.check(name, &arenas)?;
     let parameters = read_parameters(arguments.parameters.as_deref(), preset(&arenas))?;
     let coefficients = Coefficients::new(&parameters)?;
     let plan = SessionPlan {
         seed: arguments.seed,
         trials: arguments.trials.unwrap_or(arguments.task.trials()),
         steps: arguments.steps,
-        follow_direction: arguments.task == TaskChoice::Direction,
+        follow_direction: arguments.task == ArenaTask::Direction,
         arenas,
     };
     writable_folder(&arguments.out)?;
@@ -170,10 +117,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let exam = exam(arguments, &plan);
     rover_figure::of_sessions(&learned, &plan, &exam, &coefficients).write(&arguments.out)?;
     let outcome = outcome(arguments, &sessions);
-    if arguments.json {
-        return print_json(&outcome);
-    }
-    print(&text(arguments, &outcome, &sessions))
+    answer(
+        arguments.json,
+        &outcome,
+        text(arguments, &outcome, &sessions),
+    )
 }
 
 /// One session with its log, its knowledge file and its test.
@@ -287,7 +235,7 @@ fn text(
     match (outcome.sessions.as_slice(), sessions) {
         ([only], [(learned, _, path)]) => {
             let mut text =
-                results::learning_curve(&learned.trials, arguments.task == TaskChoice::Direction);
+                results::learning_curve(&learned.trials, arguments.task == ArenaTask::Direction);
             text += &format!(
                 "\nLearned {} patterns in {} actions. The ones used most:\n\n",
                 only.patterns, only.actions

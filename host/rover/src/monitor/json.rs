@@ -13,15 +13,15 @@ use rover_shared::wire::transfer::fingerprint;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::happening::{Connection, Happening, Origin};
+use super::feed::{Connection, FeedEvent, Origin};
 use rover_link::explain_by_keys;
 use rover_link::names;
 use rover_log::Entry;
 use rover_log::recording::{Gap, LastWords, Pulled, Topic};
 
 /// The line for what happened, if a program can want it.
-pub fn line(now: Duration, happening: &Happening) -> Option<String> {
-    let (topic, message) = message(happening)?;
+pub fn line(now: Duration, event: &FeedEvent) -> Option<String> {
+    let (topic, message) = message(event)?;
     Some(object(now, topic, message))
 }
 
@@ -35,11 +35,11 @@ fn object(now: Duration, topic: &str, message: Value) -> String {
     json!({ "at_us": at, "topic": topic, "message": message }).to_string()
 }
 
-fn message(happening: &Happening) -> Option<(&'static str, Value)> {
-    Some(match happening {
-        Happening::Report(report) => return report_message(report),
-        Happening::Connection(connection) => ("/connection", self::connection(connection)),
-        Happening::Answer { command, result } => (
+fn message(event: &FeedEvent) -> Option<(&'static str, Value)> {
+    Some(match event {
+        FeedEvent::Report(report) => return report_message(report),
+        FeedEvent::Connection(connection) => ("/connection", self::connection(connection)),
+        FeedEvent::Answer { command, result } => (
             "/answer",
             json!({
                 "command": names::command(command),
@@ -48,7 +48,7 @@ fn message(happening: &Happening) -> Option<(&'static str, Value)> {
                 "reason": result.err().map(explain_by_keys),
             }),
         ),
-        Happening::Unanswered { command, reason } => (
+        FeedEvent::Unanswered { command, reason } => (
             "/answer",
             json!({
                 "command": names::command(command),
@@ -57,25 +57,25 @@ fn message(happening: &Happening) -> Option<(&'static str, Value)> {
                 "reason": reason,
             }),
         ),
-        Happening::Frames(counters) => ("/frames", value(counters)),
-        Happening::Begin(Some(Origin { seed, knowledge })) => (
+        FeedEvent::Frames(counters) => ("/frames", value(counters)),
+        FeedEvent::Begin(Some(Origin { seed, knowledge })) => (
             "/begin",
             json!({ "seed": seed, "knowledge": fingerprint(knowledge) }),
         ),
-        Happening::Knowledge(bytes) => (
+        FeedEvent::Knowledge(bytes) => (
             Topic::Knowledge.name(),
             value(Pulled {
                 fingerprint: fingerprint(bytes),
                 length_bytes: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
             }),
         ),
-        Happening::Gap(reason) => {
+        FeedEvent::Gap(reason) => {
             let reason = reason.clone();
             (Topic::Gap.name(), value(Gap { reason }))
         }
-        Happening::Logged(Entry::Step(step)) => ("/step", value(step)),
-        Happening::Logged(Entry::End(end)) => ("/end", value(end)),
-        Happening::Begin(None) | Happening::Playback(_) => return None,
+        FeedEvent::Logged(Entry::Step(step)) => ("/step", value(step)),
+        FeedEvent::Logged(Entry::End(end)) => ("/end", value(end)),
+        FeedEvent::Begin(None) | FeedEvent::Playback(_) => return None,
     })
 }
 

@@ -4,7 +4,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{Command, Mode, Task};
 
-use super::source::Control;
+use super::feed::Control;
 use rover_link::text::parse_compass;
 
 /// How far an arrow key turns the direction.
@@ -78,7 +78,8 @@ pub fn meaning(key: KeyEvent, log: bool) -> Option<Meaning> {
     }
 }
 
-fn of_rover(code: KeyCode) -> Option<Meaning> {
+/// What a key means for a rover, but for those that help and end.
+pub fn of_rover(code: KeyCode) -> Option<Meaning> {
     let command = match code {
         KeyCode::Char(' ' | 'd') => Command::Disarm,
         KeyCode::Char('a') => Command::Arm,

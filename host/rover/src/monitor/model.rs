@@ -11,8 +11,9 @@ use rover_shared::wire::message::{
     ChannelHealth, Command, CompassHealth, Counters, Hello, Mode, Outcome, Refusal, State, Task,
 };
 
-use super::happening::{Connection, Playback};
-use super::mirror::Mirror;
+use super::feed::{Connection, Playback};
+use super::known::Mirror;
+use crate::lines::{Kind, Line};
 
 /// Actions that the history holds; no terminal has more columns.
 pub const HISTORY: usize = 512;
@@ -123,24 +124,13 @@ pub struct Moment {
     pub reward: Option<i32>,
 }
 
-/// Something that is worth a line.
+/// A line about something that happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// The rover's clock, if it was known, microseconds.
     pub time: Option<u64>,
-    /// What it is about.
-    pub kind: Kind,
-    /// A sentence without a full stop.
-    pub text: String,
-}
-
-/// What a note is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Something went as it should.
-    Fact,
-    /// Something is wrong or was refused.
-    Trouble,
+    /// What happened.
+    pub line: Line,
 }
 
 /// What the rover knows, or why that is not known.
@@ -228,14 +218,19 @@ impl Dashboard {
 
     /// Adds a note.
     pub fn note(&mut self, kind: Kind, text: impl Into<String>) {
+        let text = text.into();
+        self.note_line(Line { kind, text });
+    }
+
+    /// Adds a note with this line.
+    pub fn note_line(&mut self, line: Line) {
         if self.notes.len() == NOTES {
             self.notes.pop_front();
         }
         self.noted += 1;
         self.notes.push_back(Note {
             time: self.rover_time(),
-            kind,
-            text: text.into(),
+            line,
         });
     }
 }

@@ -3,15 +3,16 @@
 
 use std::time::Duration;
 
+use ratatui::crossterm::event::KeyCode;
 use rover_shared::controller::Familiarity;
 use rover_shared::sensing::Stimulus;
 use rover_shared::sensing::neuron::Activation;
-use rover_shared::wire::message::{Command, Mode, Task};
+use rover_shared::wire::message::Command;
 
-use super::happening::Happening;
-use super::keys::{Meaning, direction};
+use super::feed::FeedEvent;
+use super::keys::{self, Meaning, direction};
 use super::model::{Action, Dashboard, Knowledge};
-use rover_link::explain_by_keys;
+use crate::lines;
 use rover_link::{names, text};
 
 /// Lines that may come at once, and how long it takes until another one may.
@@ -55,7 +56,7 @@ impl Plain {
     pub fn lines(
         &mut self,
         now: Duration,
-        happening: &Happening,
+        event: &FeedEvent,
         dashboard: &Dashboard,
     ) -> Vec<String> {
         self.refill(now);
@@ -75,16 +76,16 @@ impl Plain {
                 self.left_out = 0;
             }
             let time = note.time.map(text::clock);
-            let text = text::printable(&note.text, false);
+            let text = text::printable(&note.line.text, false);
             lines.push(time.map_or(text.clone(), |time| format!("{time} {text}")));
         }
-        if let Happening::Playback(playback) = happening
+        if let FeedEvent::Playback(playback) = event
             && playback.cut_off
             && playback.at == playback.of
         {
             lines.push("the log is cut off here".into());
         }
-        if let (true, Some(action)) = (happening.is_action(), &dashboard.action) {
+        if let (true, Some(action)) = (event.is_action(), &dashboard.action) {
             lines.extend(self.action(now, action, dashboard));
         }
         lines
@@ -166,23 +167,19 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
         lines.push(text::printable(&name, false));
     }
     if let Some(state) = dashboard.state {
-        let motors = match dashboard.motors_enabled {
-            Some(true) => ", motors on",
-            Some(false) => ", motors off",
-            None => "",
-        };
-        lines.push(format!("state {}{motors}", names::loud_state(state)));
+        let state = names::loud_state(state);
+        let motors = dashboard.motors_enabled.map(lines::motors);
+        lines.push(match motors {
+            Some(motors) => format!("state {state}, {motors}"),
+            None => format!("state {state}"),
+        });
     }
     if let Some(task) = dashboard.task {
-        let direction = dashboard.direction.map(text::compass);
-        let direction = direction.map_or(String::new(), |d| format!(", direction {d}"));
-        lines.push(format!("task {}{direction}", names::task(task)));
+        lines.push(format!("task {}", lines::task(task, dashboard.direction)));
     }
     if let Some(session) = dashboard.session {
-        let (seed, knowledge) = (session.seed, session.knowledge);
-        lines.push(format!(
-            "session seed {seed}, from knowledge {knowledge:08x}"
-        ));
+        let (seed, knowledge) = (session.seed, lines::knowledge(Some(session.knowledge)));
+        lines.push(format!("session seed {seed}, from {knowledge}"));
     }
     lines.extend(sensors(dashboard));
     if let Some(action) = &dashboard.action {
@@ -190,8 +187,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
     }
     lines.push(knowledge(dashboard));
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (names::command(command), explain_by_keys(*refusal));
-        lines.push(format!("refused: {command}: {refusal}"));
+        lines.push(lines::refused(command, *refusal));
     }
     lines.push(counters(dashboard));
     lines
@@ -332,27 +328,27 @@ impl Topic {
 pub fn understand(line: &str) -> Result<Asked, String> {
     let mut words = line.split_whitespace();
     let (first, second, third) = (words.next(), words.next(), words.next());
-    let command = |command| Ok(Asked::Do(Meaning::Command(command)));
-    match (first, second, third) {
-        (None | Some("disarm" | "d"), None, None) => command(Command::Disarm),
-        (Some("arm" | "a"), None, None) => command(Command::Arm),
-        (Some("learn" | "l"), None, None) => command(Command::SetMode(Mode::Learn)),
-        (Some("run" | "r"), None, None) => command(Command::SetMode(Mode::Run)),
-        (Some("idle" | "i"), None, None) => command(Command::SetMode(Mode::Idle)),
-        (Some("fixed" | "f"), None, None) => command(Command::SetTask(Task::FollowDirection)),
-        (Some("wander" | "w"), None, None) => {
-            command(Command::SetTask(Task::FollowChangingDirection))
-        }
-        (Some("store" | "s"), None, None) => command(Command::StoreKnowledge),
+    let key = |key| keys::of_rover(KeyCode::Char(key)).map(Asked::Do);
+    let known = match (first, second, third) {
+        (None | Some("disarm" | "d"), None, None) => key('d'),
+        (Some("arm" | "a"), None, None) => key('a'),
+        (Some("learn" | "l"), None, None) => key('l'),
+        (Some("run" | "r"), None, None) => key('r'),
+        (Some("idle" | "i"), None, None) => key('i'),
+        (Some("fixed" | "f"), None, None) => key('f'),
+        (Some("wander" | "w"), None, None) => key('w'),
+        (Some("store" | "s"), None, None) => key('s'),
         (Some("direction" | "g"), Some(degrees), None) => {
-            command(Command::SetDirection(direction(degrees)?))
+            let command = Command::SetDirection(direction(degrees)?);
+            Some(Asked::Do(Meaning::Command(command)))
         }
-        (Some("status"), None, None) => Ok(Asked::Tell(Topic::Status)),
-        (Some("patterns"), None, None) => Ok(Asked::Tell(Topic::Patterns)),
-        (Some("staircases"), None, None) => Ok(Asked::Tell(Topic::Staircases)),
-        (Some("help" | "?"), None, None) => Ok(Asked::Tell(Topic::Help)),
-        (Some("quit" | "q"), None, None) => Ok(Asked::Do(Meaning::Quit)),
-        (Some("leave" | "Q"), None, None) => Ok(Asked::Do(Meaning::Leave)),
-        _ => Err(format!("not understood; {HELP}")),
-    }
+        (Some("status"), None, None) => Some(Asked::Tell(Topic::Status)),
+        (Some("patterns"), None, None) => Some(Asked::Tell(Topic::Patterns)),
+        (Some("staircases"), None, None) => Some(Asked::Tell(Topic::Staircases)),
+        (Some("help" | "?"), None, None) => Some(Asked::Tell(Topic::Help)),
+        (Some("quit" | "q"), None, None) => Some(Asked::Do(Meaning::Quit)),
+        (Some("leave" | "Q"), None, None) => Some(Asked::Do(Meaning::Leave)),
+        _ => None,
+    };
+    known.ok_or_else(|| format!("not understood; {HELP}"))
 }

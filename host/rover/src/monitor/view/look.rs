@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
+use crate::lines::Kind;
 use rover_link::text::printable;
 
 /// How to draw.
@@ -46,6 +47,14 @@ impl Look {
     /// Titles.
     pub fn title(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
+    }
+
+    /// A line's text.
+    pub fn line(self, kind: Kind) -> Style {
+        match kind {
+            Kind::Fact => Style::new(),
+            Kind::Trouble => self.trouble(),
+        }
     }
 
     fn coloured(self, colour: Color) -> Style {

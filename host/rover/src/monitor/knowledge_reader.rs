@@ -13,7 +13,7 @@ const ATTEMPTS: u8 = 5;
 
 /// A reading, or none.
 #[derive(Default)]
-pub struct Pull {
+pub struct KnowledgeReader {
     under_way: Option<UnderWay>,
 }
 
@@ -25,7 +25,7 @@ struct UnderWay {
     attempts: u8,
 }
 
-impl Pull {
+impl KnowledgeReader {
     /// Whether a reading is under way.
     pub fn is_under_way(&self) -> bool {
         self.under_way.is_some()
@@ -105,7 +105,7 @@ mod tests {
     fn chunks_are_asked_for_in_turn_until_the_whole_is_there() {
         let knowledge: Vec<u8> = (0..300).map(|i| i as u8).collect();
         let chunk = |at| chunk_at(&knowledge, fingerprint(&knowledge), at).unwrap();
-        let mut pull = Pull::default();
+        let mut pull = KnowledgeReader::default();
         let now = Duration::ZERO;
         assert_eq!(pull.next(now), None);
         pull.start();
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn knowledge_that_changes_meanwhile_is_read_from_the_start() {
         let (one, other) = ([1; 300], [2; 300]);
-        let mut pull = Pull::default();
+        let mut pull = KnowledgeReader::default();
         pull.start();
         pull.next(Duration::ZERO);
         pull.take(&chunk_at(&one, fingerprint(&one), 0).unwrap());
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn nobody_is_asked_for_ever() {
-        let mut pull = Pull::default();
+        let mut pull = KnowledgeReader::default();
         pull.start();
         let asked = (0..100).filter(|&s| pull.next(Duration::from_secs(s)).is_some());
         assert_eq!(asked.count(), usize::from(ATTEMPTS));

@@ -5,8 +5,8 @@ use std::time::Duration;
 use rover_shared::time::{Duration as Span, Instant};
 use rover_shared::wire::message::{Ack, Command, Report};
 
-use super::happening::{Connection, Happening};
-use super::source::Source;
+use super::feed::Feed;
+use super::feed::{Connection, FeedEvent};
 use rover_link::names;
 use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
 
@@ -14,10 +14,10 @@ use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
 const MOST_PENDING: usize = 8;
 
 /// A rover that is watched.
-pub struct Live {
+pub struct RoverFeed {
     client: Client,
     /// What is to be given by the next poll.
-    happened: Vec<Happening>,
+    events: Vec<FeedEvent>,
     connected: bool,
     /// Why the connection was last lost.
     lost: Option<String>,
@@ -55,14 +55,14 @@ fn only_asks(command: &Command) -> bool {
     )
 }
 
-impl Live {
+impl RoverFeed {
     /// A rover that was introduced.
     pub fn new(mut client: Client) -> Self {
         client.keep_answers(true);
         let mut live = Self {
             counters: client.counters(),
             client,
-            happened: Vec::new(),
+            events: Vec::new(),
             connected: false,
             lost: None,
             pending: Vec::new(),
@@ -75,9 +75,9 @@ impl Live {
         self.connected = true;
         let port = self.client.port_name().to_owned();
         let hello = Report::Hello(self.client.hello().clone());
-        self.happened.extend([
-            Happening::Connection(Connection::Open(port)),
-            Happening::report(hello),
+        self.events.extend([
+            FeedEvent::Connection(Connection::Open(port)),
+            FeedEvent::report(hello),
         ]);
     }
 
@@ -86,12 +86,11 @@ impl Live {
         // Said once for each reason, however often it is tried.
         if self.connected || self.lost.as_ref() != Some(&reason) {
             let lost = Connection::Lost(reason.clone());
-            self.happened.push(Happening::Connection(lost));
+            self.events.push(FeedEvent::Connection(lost));
         }
         for Pending { command, .. } in self.pending.drain(..) {
             let reason = reason.clone();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         }
         self.lost = Some(reason);
         self.connected = false;
@@ -105,7 +104,7 @@ impl Live {
             match self.client.next(left) {
                 Ok(Some(received)) => match received.report {
                     Report::Ack(ack) => self.acknowledged(ack),
-                    report => self.happened.push(Happening::report(report)),
+                    report => self.events.push(FeedEvent::report(report)),
                 },
                 Ok(None) => return,
                 Err(error) => return self.lose(&error),
@@ -122,7 +121,7 @@ impl Live {
         if let Some(i) = self.pending.iter().position(of) {
             let command = self.pending.remove(i).command;
             let result = ack.result;
-            self.happened.push(Happening::Answer { command, result });
+            self.events.push(FeedEvent::Answer { command, result });
         }
     }
 
@@ -138,8 +137,7 @@ impl Live {
                 self.post(command, left);
             } else {
                 let reason = LinkError::Silent(names::command(&command)).to_string();
-                self.happened
-                    .push(Happening::Unanswered { command, reason });
+                self.events.push(FeedEvent::Unanswered { command, reason });
             }
         }
     }
@@ -155,8 +153,7 @@ impl Live {
             }),
             Err(error) => {
                 let reason = error.to_string();
-                self.happened
-                    .push(Happening::Unanswered { command, reason });
+                self.events.push(FeedEvent::Unanswered { command, reason });
                 self.lose(&error);
             }
         }
@@ -177,12 +174,12 @@ impl Live {
     }
 }
 
-impl Source for Live {
+impl Feed for RoverFeed {
     fn now(&self) -> Duration {
         Duration::from_micros(self.client.now().0)
     }
 
-    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+    fn poll(&mut self, timeout: Duration) -> Vec<FeedEvent> {
         let span = Span(u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX));
         if self.connected {
             self.hear(span);
@@ -193,21 +190,19 @@ impl Source for Live {
         let counters = self.client.counters();
         if counters != self.counters {
             self.counters = counters;
-            self.happened.push(Happening::Frames(counters));
+            self.events.push(FeedEvent::Frames(counters));
         }
-        std::mem::take(&mut self.happened)
+        std::mem::take(&mut self.events)
     }
 
     fn send(&mut self, command: &Command) {
         let command = command.clone();
         if !self.connected {
             let reason = "the rover is not connected".into();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         } else if self.pending.len() >= MOST_PENDING && command != Command::Disarm {
             let reason = "the rover has not answered the commands before".into();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         } else {
             if !only_asks(&command) {
                 self.pending.iter_mut().for_each(Pending::overtake);
