@@ -2,8 +2,8 @@
 
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{
-    ChannelHealth, Command, CompassHealth, EventKind, FaultReport, Hello, Refusal, Report, State,
-    Task,
+    ChannelHealth, Command, CompassHealth, Counters, EventKind, Fault, FaultReport, Hello, Refusal,
+    Report, State, Task,
 };
 
 use rover_link::{explain_by_keys, names, text};
@@ -110,13 +110,19 @@ pub fn motors(enabled: bool) -> &'static str {
     if enabled { "motors on" } else { "motors off" }
 }
 
+/// The faults that were counted, and how often.
+pub fn counted(counters: &Counters) -> impl Iterator<Item = (Fault, u32)> {
+    let counts = Fault::ALL.map(|fault| (fault, counters.of(fault)));
+    counts.into_iter().filter(|(_, count)| *count > 0)
+}
+
 /// What is being done, and in which direction if there is one.
 pub fn task(task: Task, direction: Option<Microdegrees>) -> String {
     let direction = direction.map(text::compass);
     names::task(task).to_owned() + &direction.map_or(String::new(), |d| format!(", {d}"))
 }
 
-/// Why a command was refused, for who steers by keys.
+/// Why a command was refused, with the key to press next.
 pub fn refused(command: &Command, refusal: Refusal) -> String {
     let (command, why) = (names::command(command), explain_by_keys(refusal));
     format!("refused: {command}: {why}")

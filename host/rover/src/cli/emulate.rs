@@ -48,7 +48,7 @@ pub struct Arguments {
     /// Actions to drive
     #[arg(long, value_name = "N", default_value_t = 500)]
     steps: u32,
-    /// What is to be done
+    /// The rover's task
     #[arg(long, value_enum, default_value_t = RoverTask::Wander)]
     task: RoverTask,
     /// The direction to follow, in degrees clockwise as compasses have it
@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     client.wait(SETTLING)?;
     let mut watched = match &arguments.log {
         Some(path) => Rover::recorded(client, Some(emulated::truth(&rover)), path, None)?,
-        None => Rover::Heard(Box::new(client)),
+        None => Rover::Client(Box::new(client)),
     };
     let steering = Steering {
         task: Some(arguments.task),
@@ -286,7 +286,7 @@ fn watch(
     })
 }
 
-/// The firmware's log, if it is to be shown.
+/// The firmware's log, with `--verbose`.
 fn firmware_log(arguments: &Arguments) -> Result<Option<Log>, Failure> {
     if !arguments.verbose {
         return Ok(None);

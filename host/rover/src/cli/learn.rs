@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Actions allowed in each trial
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: u32,
-    /// What is to be learned
+    /// The task to learn
     #[arg(long, value_enum, default_value_t = ArenaTask::Target)]
     task: ArenaTask,
     /// paper, harder, free, rover, rover-5m, or a file (.toml, or a ROS map's .yaml)

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Lines of JSON for programs: one object for everything that happens
     #[arg(long, conflicts_with = "plain")]
     json: bool,
-    /// With --plain: tell of at most one action in so many seconds
+    /// With --plain: show at most one action in this many seconds
     #[arg(long, value_name = "SECONDS", default_value = "2")]
     every: f64,
     /// Draw with ASCII characters only
@@ -128,7 +128,7 @@ fn run_lines(feed: &mut dyn Feed, made: Lines) -> Result<(), Failure> {
     let mut write = |line: &str| {
         match writeln!(std::io::stdout().lock(), "{line}") {
             Ok(()) => true,
-            // A reader that has seen enough is no failure, but nobody watches any more.
+            // A closed pipe is no failure, but ends the watching.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => false,
             Err(error) => {
                 failure = Some(Failure::from(error));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use rover_shared::wire::message::{Fault, Hello, Status};
+use rover_shared::wire::message::{Hello, Status};
 use serde::Serialize;
 
 use super::output::Failure;
@@ -68,16 +68,16 @@ fn describe(answer: &Answer<'_>) -> String {
             ),
         );
     }
-    let counted: Vec<_> = Fault::ALL
-        .into_iter()
-        .filter(|fault| status.counters.of(*fault) > 0)
-        .map(|fault| format!("{} {}", names::fault(fault), status.counters.of(fault)))
+    let faults: Vec<_> = lines::counted(&status.counters)
+        .map(|(fault, count)| format!("{} {count}", names::fault(fault)))
         .collect();
-    let faults = if counted.is_empty() {
-        "none".into()
-    } else {
-        counted.join(", ")
-    };
-    line("faults", faults);
+    line(
+        "faults",
+        if faults.is_empty() {
+            "none".into()
+        } else {
+            faults.join(", ")
+        },
+    );
     text
 }

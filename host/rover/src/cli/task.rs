@@ -19,7 +19,7 @@ use super::watch::{Rover, Watch};
   rover task wander --mode learn --arm --for 10m    learn for ten minutes
   rover task follow 0                               only choose the task")]
 pub struct Arguments {
-    /// What is to be done
+    /// The rover's task
     #[arg(value_enum)]
     task: RoverTask,
     /// The direction to follow, in degrees clockwise as compasses have it
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         until_stopped: true,
         bar: &ProgressBar::hidden(),
     };
-    let mut rover = Rover::Heard(Box::new(client));
+    let mut rover = Rover::Client(Box::new(client));
     let mut drive = Drive::default();
     let watched = watch.run(&mut rover, &mut drive, |_, _| Ok(true));
     if !matches!(drive.ended, Some(Ended::ByRover(_))) {

@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Actions allowed in each arena
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: u32,
-    /// What is to be done
+    /// The rover's task
     #[arg(long, value_enum, default_value_t = ArenaTask::Target)]
     task: ArenaTask,
     /// Who drives

@@ -7,7 +7,7 @@ use rover_link::{Client, LinkError, Received, text};
 use rover_log::recorder::{RecordError, Recorder};
 use rover_log::recording::{RecordingWriter, Written};
 use rover_shared::time::Duration;
-use rover_shared::wire::message::{Event, EventKind, Fault, FaultReport, Report, State};
+use rover_shared::wire::message::{Event, EventKind, Fault, Report, State};
 
 use super::interrupt::Interrupt;
 use super::output::Failure;
@@ -22,7 +22,7 @@ const SLICE: Duration = Duration::from_millis(100);
 
 /// A rover that is watched, recorded or not.
 pub enum Rover {
-    Heard(Box<Client>),
+    Client(Box<Client>),
     Recorded(Box<Recorder>),
 }
 
@@ -43,14 +43,14 @@ impl Rover {
     /// To send commands.
     pub fn client(&mut self) -> &mut Client {
         match self {
-            Self::Heard(client) => client,
+            Self::Client(client) => client,
             Self::Recorded(recorder) => recorder.client(),
         }
     }
 
     fn next(&mut self) -> Result<Option<Received>, RecordError> {
         match self {
-            Self::Heard(client) => Ok(client.next(SLICE)?),
+            Self::Client(client) => Ok(client.next(SLICE)?),
             Self::Recorded(recorder) => recorder.next(SLICE),
         }
     }
@@ -58,7 +58,7 @@ impl Rover {
     fn reconnect(&mut self, why: &LinkError, interrupt: &Interrupt) -> Result<(), RecordError> {
         let give_up = || interrupt.is_set();
         match self {
-            Self::Heard(client) => Ok(client.reconnect(PATIENCE, &give_up)?),
+            Self::Client(client) => Ok(client.reconnect(PATIENCE, &give_up)?),
             Self::Recorded(recorder) => recorder.reconnect(why, PATIENCE, &give_up),
         }
     }
@@ -66,7 +66,7 @@ impl Rover {
     /// Finishes the recording, if there is one, with the last reports, which `drive` counts.
     pub fn finish(self, drive: &mut Drive) -> Result<Option<Written>, Failure> {
         match self {
-            Self::Heard(_) => Ok(None),
+            Self::Client(_) => Ok(None),
             Self::Recorded(recorder) => Ok(Some(recorder.finish(|received| drive.add(received))?)),
         }
     }
@@ -95,66 +95,51 @@ impl Watch<'_> {
     ) -> Result<(), Failure> {
         let until = self.span.map(|span| rover.client().now().after(span));
         let mut heard = rover.client().now();
-        while more(drive, rover.client().now().since(heard))? {
+        while drive.ended.is_none() && more(drive, rover.client().now().since(heard))? {
             if self.interrupt.is_set() {
                 drive.ended = Some(Ended::Interrupted);
-            } else if until.is_some_and(|until| rover.client().now() >= until) {
+                continue;
+            }
+            if until.is_some_and(|until| rover.client().now() >= until) {
                 drive.ended = Some(Ended::Time);
-            } else {
-                let stopped = match rover.next() {
-                    Ok(Some(received)) => {
-                        heard = rover.client().now();
-                        drive.add(&received);
-                        if let Some(line) = line(&received.report) {
-                            self.print(&line);
-                        }
-                        stopped(&received.report)
-                    }
-                    Ok(None) => None,
-                    Err(RecordError::Link(error @ LinkError::Port(_))) => {
-                        self.reconnect(rover, &error)?;
-                        heard = rover.client().now();
-                        self.stopped_meanwhile(rover)?
-                    }
-                    Err(error) => return Err(error.into()),
-                };
-                drive.ended = stopped.filter(|_| self.until_stopped).map(Ended::ByRover);
+                continue;
             }
-            if drive.ended.is_some() {
-                break;
-            }
+            let stopped = match rover.next() {
+                Ok(Some(received)) => {
+                    drive.add(&received);
+                    if let Some(line) = line(&received.report) {
+                        self.print(&line);
+                    }
+                    stopped(&received.report)
+                }
+                Ok(None) => continue,
+                Err(RecordError::Link(error @ LinkError::Port(_))) => {
+                    self.reconnect(rover, &error)?
+                }
+                Err(error) => return Err(error.into()),
+            };
+            heard = rover.client().now();
+            drive.ended = stopped.filter(|_| self.until_stopped).map(Ended::ByRover);
         }
         Ok(())
     }
 
-    /// Returns when the rover is back or the user interrupted.
-    fn reconnect(&self, rover: &mut Rover, lost: &LinkError) -> Result<(), Failure> {
+    /// Waits until the rover is back or the user interrupts. Returns its state if it does not drive
+    /// any more.
+    fn reconnect(&self, rover: &mut Rover, lost: &LinkError) -> Result<Option<State>, Failure> {
         self.print(&format!("{lost}; waiting for it"));
         match rover.reconnect(lost, self.interrupt) {
             Ok(()) => self.print("connected again"),
-            Err(_) if self.interrupt.is_set() => {}
-            Err(
-                error @ (RecordError::Write(_) | RecordError::Link(LinkError::Mismatch { .. })),
-            ) => {
-                return Err(error.into());
-            }
-            Err(error) => {
+            Err(_) if self.interrupt.is_set() => return Ok(None),
+            Err(RecordError::Link(error)) if !matches!(error, LinkError::Mismatch { .. }) => {
                 let seconds = PATIENCE.0 / 1_000_000;
-                return Err(Failure::Failed(format!(
-                    "the rover did not come back within {seconds} s: {error}"
-                )));
+                let what = format!("the rover did not come back within {seconds} s");
+                return Err(Failure::of(what, error));
             }
-        }
-        Ok(())
-    }
-
-    /// The state of a rover that was away and does not drive any more.
-    fn stopped_meanwhile(&self, rover: &mut Rover) -> Result<Option<State>, Failure> {
-        if !self.until_stopped || self.interrupt.is_set() {
-            return Ok(None);
+            Err(error) => return Err(error.into()),
         }
         let state = rover.client().status()?.state;
-        Ok(Some(state).filter(|state| !matches!(state, State::Driving(_))))
+        Ok((!matches!(state, State::Driving(_))).then_some(state))
     }
 
     fn print(&self, line: &str) {
@@ -165,14 +150,9 @@ impl Watch<'_> {
 /// The line for a report, if people want to know: a rover that learns is blocked often, and the
 /// outcomes of its actions tell.
 pub fn line(report: &Report) -> Option<String> {
-    if let Report::Fault(FaultReport {
-        fault: Fault::Blocked,
-        ..
-    }) = report
-    {
-        return None;
-    }
-    lines::line(report).map(|line| text::printable(&line.text, false))
+    let blocked = matches!(report, Report::Fault(report) if report.fault == Fault::Blocked);
+    let line = lines::line(report).filter(|_| !blocked)?;
+    Some(text::printable(&line.text, false))
 }
 
 /// The state in which the rover does not drive any more, if it reports one.

@@ -1,4 +1,4 @@
-//! Watching a source: what is asked of it unbidden, what keys ask for, and when it is over.
+//! The dashboard at work: periodic requests, keys, and the end.
 
 use std::time::Duration;
 
@@ -12,12 +12,12 @@ use super::knowledge_reader::KnowledgeReader;
 use super::model::{Dashboard, Knowledge, Why};
 use crate::lines::Kind;
 
-/// How often the rover's state is asked for.
+/// Period of requests for the rover's status.
 const STATUS: Duration = Duration::from_millis(500);
-/// How long to wait before its knowledge is read anew after a failure.
+/// Time between two attempts to read its knowledge.
 const AGAIN: Duration = Duration::from_secs(5);
 
-/// A dashboard and what it is up to.
+/// A dashboard, its input and its requests.
 #[derive(Default)]
 pub struct App {
     /// What is shown.
@@ -27,26 +27,26 @@ pub struct App {
     /// Whether all keys are shown.
     pub help: bool,
     reader: KnowledgeReader,
-    /// When a reading was last begun.
+    /// When its last reading began.
     pulled: Option<Duration>,
-    /// When the state was last asked for.
+    /// When the status was last requested.
     asked: Option<Duration>,
     over: bool,
     disarms: bool,
 }
 
 impl App {
-    /// Whether the user has seen enough.
+    /// Whether the user has quit.
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Whether the rover was told to stop when it ended.
+    /// Whether quitting has sent a disarming.
     pub fn disarms(&self) -> bool {
         self.disarms
     }
 
-    /// Takes what happened at `now` of the source's clock.
+    /// Takes an event that came at `now` of the feed's clock.
     pub fn take(&mut self, now: Duration, event: &FeedEvent) {
         match event {
             FeedEvent::Report(report) => {
@@ -67,7 +67,7 @@ impl App {
         self.dashboard.take(now, event);
     }
 
-    /// Asks the rover for what is to be known by now.
+    /// Sends the requests that are due.
     pub fn ask(&mut self, feed: &mut dyn Feed) {
         let now = feed.now();
         self.dashboard.now = now;
@@ -95,7 +95,7 @@ impl App {
     /// Takes a key.
     pub fn key(&mut self, key: KeyEvent, feed: &mut dyn Feed) {
         let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
-        // Stopping comes before everything else, a half-typed number too.
+        // Stopping has priority over a half-typed number.
         let stops = key.code == KeyCode::Char(' ') || ctrl;
         if let Some(prompt) = &mut self.prompt
             && !stops
@@ -116,7 +116,7 @@ impl App {
         }
     }
 
-    /// Does what a key, or a typed line, asks for.
+    /// Carries out a key or a typed line.
     pub fn act(&mut self, meaning: Meaning, feed: &mut dyn Feed) {
         match meaning {
             Meaning::Command(command) => feed.send(&command),

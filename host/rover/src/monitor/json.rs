@@ -1,7 +1,6 @@
-//! The dashboard as lines of JSON: one object for everything that happens, with the messages of
-//! logs.
+//! The dashboard as lines of JSON: one object an event, with the messages of logs.
 //!
-//! `{"at_us": 1500000, "topic": "/action", "message": {...}}`: `at_us` is the source's own time;
+//! `{"at_us": 1500000, "topic": "/action", "message": {...}}`: `at_us` is the feed's own time;
 //! topics and messages are those of [recordings](rover_log::recording) and of
 //! [simulations' logs](rover_log), and beside them `/connection`, `/answer`, `/frames`, `/begin`
 //! and `/said`.
@@ -14,18 +13,17 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::feed::{Connection, FeedEvent, Origin};
-use rover_link::explain_by_keys;
-use rover_link::names;
+use rover_link::{explain_by_keys, names};
 use rover_log::Entry;
 use rover_log::recording::{Gap, LastWords, Pulled, Topic};
 
-/// The line for what happened, if a program can want it.
+/// The line for an event; `None` for those of the display only.
 pub fn line(now: Duration, event: &FeedEvent) -> Option<String> {
     let (topic, message) = message(event)?;
     Some(object(now, topic, message))
 }
 
-/// The line for what the program itself has to say.
+/// The line for a message of this program.
 pub fn said(now: Duration, text: &str) -> String {
     object(now, "/said", json!({ "text": text }))
 }
@@ -106,8 +104,7 @@ fn connection(connection: &Connection) -> Value {
     json!({ "state": state, "of": of })
 }
 
-/// Types of the contract and of logs have no maps whose keys are no text, nor anything else that
-/// JSON lacks.
+/// Never fails: types of the contract and of logs have only what JSON has.
 fn value(message: impl Serialize) -> Value {
     serde_json::to_value(message).unwrap_or_default()
 }

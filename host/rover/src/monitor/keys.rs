@@ -78,8 +78,7 @@ pub fn meaning(key: KeyEvent, log: bool) -> Option<Meaning> {
     }
 }
 
-/// What a key means for a rover, but for those that help and end.
-pub fn of_rover(code: KeyCode) -> Option<Meaning> {
+fn of_rover(code: KeyCode) -> Option<Meaning> {
     let command = match code {
         KeyCode::Char(' ' | 'd') => Command::Disarm,
         KeyCode::Char('a') => Command::Arm,

@@ -1,4 +1,4 @@
-//! Reading the rover's knowledge chunk by chunk, beside everything else that is going on.
+//! Reading the rover's knowledge chunk by chunk, without blocking.
 
 use std::time::Duration;
 
@@ -6,9 +6,9 @@ use rover_shared::rover::MOST_BYTES;
 use rover_shared::wire::message::{Chunk, Command};
 use rover_shared::wire::transfer::{Progress, Transfer};
 
-/// How long a chunk is waited for before it is asked for again.
+/// How long to wait for a chunk before it is requested again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How often it is asked for before the reading is given up.
+/// Requests for a chunk before the reading is aborted.
 const ATTEMPTS: u8 = 5;
 
 /// A reading, or none.
@@ -20,7 +20,7 @@ pub struct KnowledgeReader {
 struct UnderWay {
     transfer: Transfer,
     bytes: Vec<u8>,
-    /// When the chunk at the end of `bytes` was asked for; `None` if it is to be.
+    /// When the chunk at the end of `bytes` was requested; `None` if it was not yet.
     asked: Option<Duration>,
     attempts: u8,
 }
@@ -41,7 +41,7 @@ impl KnowledgeReader {
         });
     }
 
-    /// Gives up what was read so far.
+    /// Aborts the reading.
     pub fn abandon(&mut self) {
         self.under_way = None;
     }
@@ -64,7 +64,7 @@ impl KnowledgeReader {
         })
     }
 
-    /// Takes a chunk; gives the whole after the last one.
+    /// Takes a chunk; returns the whole after the last one.
     pub fn take(&mut self, chunk: &Chunk) -> Option<Vec<u8>> {
         let pull = self.under_way.as_mut()?;
         match pull.transfer.accept(chunk) {
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_asked_for_ever() {
+    fn requests_are_not_repeated_for_ever() {
         let mut pull = KnowledgeReader::default();
         pull.start();
         let asked = (0..100).filter(|&s| pull.next(Duration::from_secs(s)).is_some());

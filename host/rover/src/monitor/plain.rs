@@ -1,5 +1,5 @@
-//! The dashboard as lines: for screen readers, pipes and terminals that can do no more. No colour,
-//! no moving of the cursor; a line an event, and not so many that nobody can follow.
+//! The dashboard as lines, for screen readers, pipes and simple terminals: no colour, no cursor
+//! movement, a line an event, and their rate limited.
 
 use std::time::Duration;
 
@@ -10,24 +10,24 @@ use rover_shared::sensing::neuron::Activation;
 use rover_shared::wire::message::Command;
 
 use super::feed::FeedEvent;
-use super::keys::{self, Meaning, direction};
+use super::keys::{Meaning, direction, meaning};
 use super::model::{Action, Dashboard, Knowledge};
 use crate::lines;
 use rover_link::{names, text};
 
-/// Lines that may come at once, and how long it takes until another one may.
+/// Lines that may come at once, and the time until another one may.
 const BURST: u32 = 10;
 const REFILL: Duration = Duration::from_millis(500);
-/// Patterns that are told.
+/// Patterns that are listed.
 const PATTERNS: usize = 10;
 
 /// What may be typed.
 pub const HELP: &str = "type: arm, disarm (or an empty line), learn, run, idle, direction DEGREES, \
     fixed, wander, store, status, patterns, staircases, help, quit, leave";
 
-/// Turns what happened into lines.
+/// Turns events into lines.
 pub struct Plain {
-    /// Time between two actions that are told.
+    /// Time between two actions that are shown.
     every: Duration,
     told: Option<Duration>,
     untold: u32,
@@ -39,7 +39,7 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// Tells of one action in `every`, and of everything else.
+    /// Shows one action in `every`, and all other events.
     pub fn new(every: Duration) -> Self {
         Self {
             every,
@@ -52,7 +52,7 @@ impl Plain {
         }
     }
 
-    /// The lines for what happened at `now`, which the dashboard has already taken.
+    /// The lines for an event at `now`, which the dashboard has already taken.
     pub fn lines(
         &mut self,
         now: Duration,
@@ -239,11 +239,8 @@ fn counters(dashboard: &Dashboard) -> String {
         "{} frames lost, {} damaged, {} reports unread, {} actions missed, {} reconnections",
         frames.lost, frames.damaged, frames.unread, dashboard.missed, frames.reconnected
     );
-    for fault in rover_shared::wire::message::Fault::ALL {
-        match dashboard.counters.of(fault) {
-            0 => {}
-            count => text.push_str(&format!(", {} {count}", names::fault(fault))),
-        }
+    for (fault, count) in lines::counted(&dashboard.counters) {
+        text.push_str(&format!(", {} {count}", names::fault(fault)));
     }
     text
 }
@@ -292,14 +289,14 @@ pub fn staircases(dashboard: &Dashboard) -> Vec<String> {
 pub enum Asked {
     /// To do this.
     Do(Meaning),
-    /// To be told this.
+    /// To show this.
     Tell(Topic),
 }
 
-/// What can be told.
+/// What can be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// Everything, shortly.
+    /// A summary of everything.
     Status,
     /// The patterns used most.
     Patterns,
@@ -310,7 +307,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// The lines that tell it.
+    /// Its lines.
     pub fn lines(self, dashboard: &Dashboard) -> Vec<String> {
         match self {
             Self::Status => status(dashboard),
@@ -321,34 +318,44 @@ impl Topic {
     }
 }
 
-/// Understands a typed line.
+/// Words that may be typed for keys.
+const WORDS: [(&str, char); 10] = [
+    ("arm", 'a'),
+    ("disarm", 'd'),
+    ("learn", 'l'),
+    ("run", 'r'),
+    ("idle", 'i'),
+    ("fixed", 'f'),
+    ("wander", 'w'),
+    ("store", 's'),
+    ("quit", 'q'),
+    ("leave", 'Q'),
+];
+
+/// Parses a typed line.
 ///
 /// # Errors
 /// A sentence that says what may be typed.
 pub fn understand(line: &str) -> Result<Asked, String> {
-    let mut words = line.split_whitespace();
-    let (first, second, third) = (words.next(), words.next(), words.next());
-    let key = |key| keys::of_rover(KeyCode::Char(key)).map(Asked::Do);
-    let known = match (first, second, third) {
-        (None | Some("disarm" | "d"), None, None) => key('d'),
-        (Some("arm" | "a"), None, None) => key('a'),
-        (Some("learn" | "l"), None, None) => key('l'),
-        (Some("run" | "r"), None, None) => key('r'),
-        (Some("idle" | "i"), None, None) => key('i'),
-        (Some("fixed" | "f"), None, None) => key('f'),
-        (Some("wander" | "w"), None, None) => key('w'),
-        (Some("store" | "s"), None, None) => key('s'),
-        (Some("direction" | "g"), Some(degrees), None) => {
-            let command = Command::SetDirection(direction(degrees)?);
-            Some(Asked::Do(Meaning::Command(command)))
+    let words: Vec<_> = line.split_whitespace().collect();
+    let asked = match words[..] {
+        [] => Asked::Do(Meaning::Command(Command::Disarm)),
+        ["direction" | "g", degrees] => {
+            Asked::Do(Meaning::Command(Command::SetDirection(direction(degrees)?)))
         }
-        (Some("status"), None, None) => Some(Asked::Tell(Topic::Status)),
-        (Some("patterns"), None, None) => Some(Asked::Tell(Topic::Patterns)),
-        (Some("staircases"), None, None) => Some(Asked::Tell(Topic::Staircases)),
-        (Some("help" | "?"), None, None) => Some(Asked::Tell(Topic::Help)),
-        (Some("quit" | "q"), None, None) => Some(Asked::Do(Meaning::Quit)),
-        (Some("leave" | "Q"), None, None) => Some(Asked::Do(Meaning::Leave)),
-        _ => None,
+        ["status"] => Asked::Tell(Topic::Status),
+        ["patterns"] => Asked::Tell(Topic::Patterns),
+        ["staircases"] => Asked::Tell(Topic::Staircases),
+        ["help" | "?"] => Asked::Tell(Topic::Help),
+        _ => {
+            let mut words_of_keys = WORDS.iter();
+            let key = words_of_keys.find(|(word, key)| match words[..] {
+                [typed] => typed == *word || typed == key.to_string(),
+                _ => false,
+            });
+            let meaning = key.and_then(|(_, key)| meaning(KeyCode::Char(*key).into(), false));
+            Asked::Do(meaning.ok_or(format!("not understood; {HELP}"))?)
+        }
     };
-    known.ok_or_else(|| format!("not understood; {HELP}"))
+    Ok(asked)
 }

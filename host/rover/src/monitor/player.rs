@@ -1,20 +1,19 @@
-//! A log as a source: played, paused, wound.
+//! A log as a feed: played, paused, wound.
 
 use std::time::Duration;
 
 use rover_shared::wire::message::Command;
 
-use super::feed::{Connection, FeedEvent, Origin, Playback};
-use super::feed::{Control, Feed};
+use super::feed::{Connection, Control, Feed, FeedEvent, Origin, Playback};
 use rover_link::Counters;
+use rover_log::Log;
 use rover_log::recording::What;
-use rover_log::{self, Log};
 
 /// How long an entry of a simulation's log is shown: it has no times of its own.
 const ENTRY: Duration = Duration::from_millis(250);
 /// The slowest and the fastest playing.
 const SPEEDS: (f64, f64) = (1.0 / 64.0, 1_024.0);
-/// Happenings given by one poll at most, so that keys are heard even while winding.
+/// Events that one poll returns at most, so that keys are read even while winding.
 const MOST: usize = 1_000;
 
 /// A log that is shown.
@@ -27,14 +26,14 @@ pub struct Player {
     cut_off: bool,
     /// The next entry.
     at: usize,
-    /// Where in the log's time the showing is.
+    /// The time within the log.
     position: Duration,
     playing: bool,
     speed: f64,
     /// An entry to be reached at once.
     goal: usize,
     begun: bool,
-    /// What is shown of the playing itself.
+    /// The playback that was last reported.
     told: Option<Playback>,
     now: Duration,
 }
@@ -59,7 +58,7 @@ impl Player {
         let mut latest = Duration::ZERO;
         for message in recorded.messages {
             let time = Duration::from_nanos(message.log_time_ns.saturating_sub(start));
-            // A clock that was set back does not stop the showing.
+            // A clock that was set back does not stop the playing.
             latest = latest.max(time);
             if message.lost > 0 {
                 frames.lost = frames.lost.saturating_add(message.lost.into());
@@ -79,7 +78,7 @@ impl Player {
         Self::new(name, FeedEvent::Begin(None), entries, recorded.cut_off)
     }
 
-    /// What happened at times that do not fall, from `begin` on.
+    /// Events at times that do not decrease, from `begin` on.
     pub fn new(
         name: String,
         begin: FeedEvent,
@@ -130,7 +129,7 @@ impl Player {
         }
     }
 
-    /// Shows the log up to the action that lies so many after the one shown last, or before it.
+    /// Moves by a number of actions from the one shown last, backwards if negative.
     fn step(&mut self, by: i32) {
         // Keys may come faster than the log is wound.
         let winding = !self.playing && (self.goal > self.at || !self.begun);

@@ -1,14 +1,12 @@
-//! A rover at the end of a port as a source.
+//! A rover at the end of a port as a feed.
 
 use std::time::Duration;
 
 use rover_shared::time::{Duration as Span, Instant};
 use rover_shared::wire::message::{Ack, Command, Report};
 
-use super::feed::Feed;
-use super::feed::{Connection, FeedEvent};
-use rover_link::names;
-use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
+use super::feed::{Connection, Feed, FeedEvent};
+use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts, names};
 
 /// Commands that may wait for answers: a silent rover gets no more but a disarming.
 const MOST_PENDING: usize = 8;
@@ -16,7 +14,7 @@ const MOST_PENDING: usize = 8;
 /// A rover that is watched.
 pub struct RoverFeed {
     client: Client,
-    /// What is to be given by the next poll.
+    /// What the next poll returns.
     events: Vec<FeedEvent>,
     connected: bool,
     /// Why the connection was last lost.
@@ -38,7 +36,7 @@ struct Pending {
 }
 
 impl Pending {
-    /// A later command has been given: sent again, this one would come after it. Only a disarming
+    /// A later command was sent, and a repetition of this one would come after it: only a disarming
     /// may.
     fn overtake(&mut self) {
         if self.command != Command::Disarm {
@@ -47,7 +45,7 @@ impl Pending {
     }
 }
 
-/// Whether a command only asks, so that it does not matter which comes first.
+/// Whether a command only reads, so that the order does not matter.
 fn only_asks(command: &Command) -> bool {
     matches!(
         command,
@@ -56,10 +54,10 @@ fn only_asks(command: &Command) -> bool {
 }
 
 impl RoverFeed {
-    /// A rover that was introduced.
+    /// A connected rover.
     pub fn new(mut client: Client) -> Self {
         client.keep_answers(true);
-        let mut live = Self {
+        let mut feed = Self {
             counters: client.counters(),
             client,
             events: Vec::new(),
@@ -67,8 +65,8 @@ impl RoverFeed {
             lost: None,
             pending: Vec::new(),
         };
-        live.connect();
-        live
+        feed.connect();
+        feed
     }
 
     fn connect(&mut self) {
@@ -83,7 +81,7 @@ impl RoverFeed {
 
     fn lose(&mut self, error: &LinkError) {
         let reason = error.to_string();
-        // Said once for each reason, however often it is tried.
+        // Once for each reason, however many attempts fail.
         if self.connected || self.lost.as_ref() != Some(&reason) {
             let lost = Connection::Lost(reason.clone());
             self.events.push(FeedEvent::Connection(lost));
@@ -96,8 +94,8 @@ impl RoverFeed {
         self.connected = false;
     }
 
-    /// Hears what comes within `span`.
-    fn hear(&mut self, span: Span) {
+    /// Takes the reports that come within `span`.
+    fn receive(&mut self, span: Span) {
         let until = self.client.now().after(span);
         loop {
             let left = until.since(self.client.now());
@@ -125,7 +123,7 @@ impl RoverFeed {
         }
     }
 
-    /// Sends commands again whose answers are late, or gives them up.
+    /// Sends unanswered commands again, or gives them up.
     fn repeat(&mut self) {
         let now = self.client.now();
         let (late, waiting) = std::mem::take(&mut self.pending)
@@ -142,7 +140,7 @@ impl RoverFeed {
         }
     }
 
-    /// Sends a command that may be sent so many times from now on.
+    /// Sends a command, which may be sent `times` times in all from now on.
     fn post(&mut self, command: Command, times: u32) {
         match self.client.post(&command) {
             Ok(sequence) => self.pending.push(Pending {
@@ -161,7 +159,7 @@ impl RoverFeed {
 
     /// Tries to connect again for `span`.
     fn retry(&mut self, span: Span) {
-        // What is said while hosts are introduced is none of the dashboard's business.
+        // Answers to the hello are not the dashboard's.
         self.client.keep_answers(false);
         let tried = self.client.reconnect(span, &|| false);
         self.client.keep_answers(true);
@@ -182,7 +180,7 @@ impl Feed for RoverFeed {
     fn poll(&mut self, timeout: Duration) -> Vec<FeedEvent> {
         let span = Span(u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX));
         if self.connected {
-            self.hear(span);
+            self.receive(span);
             self.repeat();
         } else {
             self.retry(span);

@@ -18,12 +18,12 @@ use super::model::Dashboard;
 use super::plain::{Asked, Plain, understand};
 use super::view::{self, Look};
 
-/// How long the source is waited for between two looks at the keys.
+/// How long the feed is polled between two looks at the keys.
 pub const TICK: Duration = Duration::from_millis(50);
-/// Ticks within which a disarming has to be acknowledged at the end.
+/// Ticks to wait for the acknowledgement of the last disarming.
 const FAREWELL: u32 = 40;
 
-/// The rover was told to stop when the dashboard was left, and did not acknowledge it.
+/// The disarming sent on quitting was not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the rover did not acknowledge that it was disarmed, and may still drive: run `rover disarm`, \
@@ -31,7 +31,7 @@ const FAREWELL: u32 = 40;
 )]
 pub struct StillArmed;
 
-/// Why the showing ended early.
+/// Why the dashboard ended early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShowError {
@@ -43,8 +43,8 @@ pub enum ShowError {
     StillArmed(#[from] StillArmed),
 }
 
-/// Keeps a source's time from running ahead of the wall clock's, so that people can follow an
-/// emulated rover or a log.
+/// Keeps a feed's time from running ahead of the wall clock, so that people can follow an emulated
+/// rover or a log.
 pub struct Pacer {
     wall: std::time::Instant,
     own: Duration,
@@ -65,15 +65,15 @@ impl Pacer {
         let wall = self.wall.elapsed();
         match passed.checked_sub(wall) {
             Some(ahead) => std::thread::sleep(ahead),
-            // A source that cannot keep up is not made to hurry later.
+            // A feed that cannot keep up does not hurry later.
             None if wall - passed > TICK => *self = Self::new(own),
             None => {}
         }
     }
 }
 
-/// Shows a source on a terminal until the user has seen enough. `keys` gives the next key that
-/// waits, and gets the time that the source has come to.
+/// Shows a feed on a terminal until the user quits. `keys` takes the feed's time and returns the
+/// next key that waits.
 ///
 /// # Errors
 /// [`ShowError`].
@@ -86,7 +86,7 @@ pub fn show<B: Backend>(
     let mut app = App::default();
     let shown = show_until_over(terminal, feed, keys, look, &mut app);
     if shown.is_err() && !app.is_over() {
-        // Nobody can see any more what the rover does, or stop it.
+        // The rover can neither be seen nor stopped any more.
         app.act(Meaning::Quit, feed);
     }
     farewell(&mut app, feed)?;
@@ -167,7 +167,7 @@ impl Keyboard {
     }
 }
 
-/// A line that somebody typed, or the wish to end.
+/// What was typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
     /// A line.
@@ -176,7 +176,7 @@ pub enum Input {
     Interrupt,
 }
 
-/// How lines are made.
+/// The format of lines.
 pub enum Lines {
     /// For people.
     Plain(Plain),
@@ -200,8 +200,8 @@ impl Lines {
     }
 }
 
-/// Shows a source as lines until it is over. `typed` gives the next input that waits, `print`
-/// takes lines, and gives false when nobody reads them any more.
+/// Shows a feed as lines until its end. `typed` returns the next input that waits; `print` takes
+/// lines, and returns false when they are not read any more.
 ///
 /// # Errors
 /// The rover may still drive.
@@ -247,7 +247,7 @@ pub fn tell(
     farewell(&mut app, feed)
 }
 
-/// Waits for the acknowledgement of the last command if it was to stop.
+/// Waits for the acknowledgement of the disarming, if one was sent.
 fn farewell(app: &mut App, feed: &mut dyn Feed) -> Result<(), StillArmed> {
     if feed.is_log() || !app.disarms() || app.dashboard.rover.is_none() {
         return Ok(());

@@ -96,7 +96,7 @@ impl Dashboard {
         (self.state, self.motors_enabled) = (None, None);
         match (hello.knowledge, &self.knowledge) {
             (None, _) => self.knowledge = Knowledge::Unknown(Why::None),
-            // Unless it is exactly what was read, it may have learned while nobody listened.
+            // Unless it is exactly what was read, it may have learned in the meantime.
             (Some(theirs), Knowledge::Known(mirror))
                 if !(mirror.is_exact() && mirror.can_be(theirs)) =>
             {

@@ -29,7 +29,7 @@ impl Look {
         self.coloured(Color::Green)
     }
 
-    /// What somebody should look at.
+    /// What needs attention.
     pub fn trouble(self) -> Style {
         self.coloured(Color::Red).add_modifier(Modifier::BOLD)
     }
@@ -65,7 +65,7 @@ impl Look {
         }
     }
 
-    /// A cell filled from below by so many eighths.
+    /// A cell filled from below by a number of eighths.
     pub fn eighths(self, filled: usize) -> &'static str {
         let cells = if self.ascii { EIGHTHS_ASCII } else { EIGHTHS };
         cells[filled.min(8)]
@@ -135,7 +135,7 @@ impl<'b> Panel<'b> {
         self.area.height
     }
 
-    /// Writes text; gives the column after it.
+    /// Writes text; returns the column after it.
     pub fn text(&mut self, x: u16, y: u16, text: &str, style: Style) -> u16 {
         if x >= self.area.width || y >= self.area.height {
             return x;
@@ -153,7 +153,7 @@ impl<'b> Panel<'b> {
         self.text(self.area.width.saturating_sub(length), y, text, style);
     }
 
-    /// Writes text over several rows, broken between words; gives the row after it.
+    /// Writes text over several rows, broken between words; returns the row after it.
     pub fn wrapped(&mut self, mut y: u16, text: &str, style: Style) -> u16 {
         let mut line = String::new();
         for word in text.split_whitespace() {
