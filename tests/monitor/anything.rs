@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::sample::select;
-use rover_cli::monitor::{Connection, Happening, Origin, Playback};
+use rover_cli::monitor::{Connection, FeedEvent, Origin, Playback};
 use rover_link::Counters as FrameCounters;
 use rover_shared::action::Action;
 use rover_shared::contract::*;
@@ -283,16 +283,16 @@ fn connection() -> impl Strategy<Value = Connection> {
 }
 
 /// Anything.
-pub fn happening() -> impl Strategy<Value = Happening> {
+pub fn happening() -> impl Strategy<Value = FeedEvent> {
     let answer = prop::result::maybe_ok(Just(()), refusal()).prop_map(|result| {
         let command = Command::Arm;
-        Happening::Answer { command, result }
+        FeedEvent::Answer { command, result }
     });
     // Knowledge of the rover's, and what is none.
     let begin = any::<bool>().prop_map(|valid| {
         let parameters = rover_shared::parameters::Parameters::ROVER;
         let known = rover_simulator::experiment::Known::default();
-        Happening::Begin(Some(Origin {
+        FeedEvent::Begin(Some(Origin {
             seed: 1,
             knowledge: if valid {
                 rover_log::knowledge::to_bytes(&known, &parameters)
@@ -303,7 +303,7 @@ pub fn happening() -> impl Strategy<Value = Happening> {
     });
     let playback = (any::<bool>(), any::<f64>(), any::<usize>(), any::<usize>()).prop_map(
         |(playing, speed, at, of)| {
-            Happening::Playback(Playback {
+            FeedEvent::Playback(Playback {
                 playing,
                 speed,
                 at,
@@ -313,7 +313,7 @@ pub fn happening() -> impl Strategy<Value = Happening> {
         },
     );
     let frames = any::<[u64; 5]>().prop_map(|[received, lost, damaged, unread, reconnected]| {
-        Happening::Frames(FrameCounters {
+        FeedEvent::Frames(FrameCounters {
             received,
             lost,
             damaged,
@@ -322,11 +322,11 @@ pub fn happening() -> impl Strategy<Value = Happening> {
         })
     });
     prop_oneof![
-        20 => report().prop_map(Happening::report),
-        2 => connection().prop_map(Happening::Connection),
+        20 => report().prop_map(FeedEvent::report),
+        2 => connection().prop_map(FeedEvent::Connection),
         2 => answer,
         1 => begin,
-        1 => any::<String>().prop_map(Happening::Gap),
+        1 => any::<String>().prop_map(FeedEvent::Gap),
         1 => playback,
         1 => frames,
     ]

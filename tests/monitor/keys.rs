@@ -6,24 +6,24 @@ use std::time::Duration;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
-use rover_cli::monitor::source::Control;
+use rover_cli::monitor::feed::Control;
 use rover_cli::monitor::terminal::{ShowError, TICK, show};
 use rover_cli::monitor::view::Look;
-use rover_cli::monitor::{Happening, Source};
+use rover_cli::monitor::{Feed, FeedEvent};
 use rover_shared::contract::{Mode, State, Task};
 use rover_shared::wire::message::Command;
 
 use crate::scene::Scene;
 
 fn direction(scene: &Scene) -> Option<f64> {
-    let direction = scene.watch.dashboard.direction?;
+    let direction = scene.app.dashboard.direction?;
     Some(f64::from(direction.0) / 1e6)
 }
 
 #[test]
 fn a_rover_is_armed_driven_and_stopped() {
     let mut scene = Scene::new(1);
-    let state = |scene: &Scene| scene.watch.dashboard.state;
+    let state = |scene: &Scene| scene.app.dashboard.state;
     assert_eq!(state(&scene), Some(State::Disarmed));
     for (key, expected) in [
         ("a", State::Armed),
@@ -45,11 +45,11 @@ fn a_rover_is_armed_driven_and_stopped() {
 fn a_refusal_is_shown_until_something_succeeds() {
     let mut scene = Scene::new(1);
     scene.press("l");
-    assert!(scene.watch.dashboard.refused.is_some());
+    assert!(scene.app.dashboard.refused.is_some());
     let picture = scene.picture(80, 24);
     assert!(picture.contains("refused: mode learn: the rover is disarmed; arm it first"));
     scene.press("a");
-    assert_eq!(scene.watch.dashboard.refused, None);
+    assert_eq!(scene.app.dashboard.refused, None);
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn directions_are_turned_and_typed() {
     assert_eq!(direction(&scene), Some(-90.0), "clockwise, as on a compass");
     scene.press("g4");
     scene.press_code(KeyCode::Esc);
-    assert_eq!(scene.watch.prompt, None);
+    assert_eq!(scene.app.prompt, None);
     assert_eq!(direction(&scene), Some(-90.0));
 }
 
@@ -77,8 +77,8 @@ fn stopping_comes_before_a_half_typed_number() {
     let mut scene = Scene::learning(1, 2);
     scene.press("g1 ");
     scene.run(1);
-    assert_eq!(scene.watch.dashboard.state, Some(State::Disarmed));
-    assert_eq!(scene.watch.prompt, None);
+    assert_eq!(scene.app.dashboard.state, Some(State::Disarmed));
+    assert_eq!(scene.app.prompt, None);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn tasks_are_chosen_and_knowledge_is_stored() {
     let mut scene = Scene::learning(1, 60);
     scene.press(" w");
     scene.run(2);
-    let task = |scene: &Scene| scene.watch.dashboard.task;
+    let task = |scene: &Scene| scene.app.dashboard.task;
     assert_eq!(task(&scene), Some(Task::FollowChangingDirection));
     scene.press("f");
     scene.run(2);
@@ -97,7 +97,7 @@ fn tasks_are_chosen_and_knowledge_is_stored() {
 }
 
 /// Shows a source on a screen of the test, with these keys, one every 2 seconds of the source's time.
-fn shown(source: &mut dyn Source, keys: Vec<KeyEvent>) -> Result<String, ShowError> {
+fn shown(feed: &mut dyn Feed, keys: Vec<KeyEvent>) -> Result<String, ShowError> {
     let mut keys = VecDeque::from(keys);
     let mut screen = Terminal::new(TestBackend::new(80, 24)).expect("it never fails");
     let mut ticks = 0;
@@ -106,7 +106,7 @@ fn shown(source: &mut dyn Source, keys: Vec<KeyEvent>) -> Result<String, ShowErr
         assert!(ticks < 10_000, "it does not end");
         Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
-    show(&mut screen, source, &mut next, Look::default())?;
+    show(&mut screen, feed, &mut next, Look::default())?;
     Ok(screen.backend().to_string())
 }
 
@@ -116,9 +116,9 @@ fn typed(keys: &str) -> Vec<KeyEvent> {
 
 /// Whether the rover drives, as it says itself.
 fn drives(scene: &mut Scene) -> bool {
-    scene.watch = Default::default();
+    scene.app = Default::default();
     scene.run(2);
-    matches!(scene.watch.dashboard.state, Some(State::Driving(_)))
+    matches!(scene.app.dashboard.state, Some(State::Driving(_)))
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn leaving_disarms_unless_it_is_not_to() {
     ] {
         let mut scene = Scene::unseen(1);
         let keys = [typed("al"), end.clone()].concat();
-        let screen = shown(&mut scene.source, keys).expect("the rover acknowledges");
+        let screen = shown(&mut scene.feed, keys).expect("the rover acknowledges");
         assert!(screen.contains("DRIVING (learn)"), "{screen}");
         // The dashboard says hello again only if the cable was pulled.
         *scene.cable.borrow_mut() = false;
@@ -153,7 +153,7 @@ fn a_rover_that_cannot_be_told_to_stop_is_not_left_in_silence() {
         *cable.borrow_mut() = ticks < 60;
         Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
-    let left = show(&mut screen, &mut scene.source, &mut next, Look::default());
+    let left = show(&mut screen, &mut scene.feed, &mut next, Look::default());
     let error = left
         .expect_err("it was unplugged while it drove")
         .to_string();
@@ -165,10 +165,10 @@ fn a_rover_that_says_nothing_keeps_no_key_waiting_and_is_called_silent() {
     let mut scene = Scene::learning(1, 20);
     scene.rover.borrow_mut().lose = u32::MAX;
     scene.run(1);
-    let began = scene.source.now();
+    let began = scene.feed.now();
     scene.press("aaa");
     // A tick a key, in whole control periods.
-    assert!(scene.source.now() - began < 5 * TICK);
+    assert!(scene.feed.now() - began < 5 * TICK);
     scene.run(1);
     let picture = scene.picture(80, 24);
     assert!(picture.contains("boardless silent for 2."), "{picture}");
@@ -200,7 +200,7 @@ fn a_repeated_command_never_comes_after_a_later_one() {
         scene.rover.borrow_mut().lose = 0;
         scene.press(last);
         scene.run(5);
-        let state = scene.watch.dashboard.state;
+        let state = scene.app.dashboard.state;
         let expected = if armed { State::Armed } else { State::Disarmed };
         assert_eq!(state, Some(expected), "{keys:?}: {:?}", scene.notes());
         assert!(!drives(&mut scene), "{keys:?}");
@@ -213,10 +213,17 @@ fn one_clock_tells_when_things_happened() {
     scene.run(4);
     scene.press("al");
     scene.run(3);
-    let notes = &scene.watch.dashboard.notes;
+    let notes = &scene.app.dashboard.notes;
     let times: Vec<_> = notes.iter().filter_map(|note| note.time).collect();
     assert!(times.len() > 4 && times.is_sorted(), "{notes:?}");
-    let at = |text| notes.iter().find(|n| n.text == text).unwrap().time.unwrap();
+    let at = |text| {
+        notes
+            .iter()
+            .find(|n| n.line.text == text)
+            .unwrap()
+            .time
+            .unwrap()
+    };
     assert!(at("done: arm").abs_diff(at("ARMED")) < 100_000, "{notes:?}");
 }
 
@@ -233,7 +240,7 @@ fn a_terminal_that_is_lost_disarms() {
         }
         Ok((ticks % 40 == 0).then(|| keys.pop_front()).flatten())
     };
-    let lost = show(&mut screen, &mut scene.source, &mut next, Look::default());
+    let lost = show(&mut screen, &mut scene.feed, &mut next, Look::default());
     assert!(matches!(lost, Err(ShowError::Terminal(_))), "{lost:?}");
     *scene.cable.borrow_mut() = false;
     scene.run(1);
@@ -250,12 +257,12 @@ struct Asked {
     log: bool,
 }
 
-impl Source for Asked {
+impl Feed for Asked {
     fn now(&self) -> Duration {
         self.now
     }
 
-    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+    fn poll(&mut self, timeout: Duration) -> Vec<FeedEvent> {
         self.now += timeout;
         Vec::new()
     }
@@ -275,8 +282,8 @@ impl Source for Asked {
 
 #[test]
 fn keys_send_what_the_help_says_and_nothing_is_asked_of_nobody() {
-    let mut source = Asked::default();
-    shown(&mut source, typed("alri dfwsq")).expect("nobody has to acknowledge");
+    let mut feed = Asked::default();
+    shown(&mut feed, typed("alri dfwsq")).expect("nobody has to acknowledge");
     let expected = [
         Command::Arm,
         Command::SetMode(Mode::Learn),
@@ -289,19 +296,19 @@ fn keys_send_what_the_help_says_and_nothing_is_asked_of_nobody() {
         Command::StoreKnowledge,
         Command::Disarm,
     ];
-    assert_eq!(source.commands, expected);
+    assert_eq!(feed.commands, expected);
 }
 
 #[test]
 fn a_log_is_asked_for_nothing_but_to_play() {
-    let mut source = Asked {
+    let mut feed = Asked {
         log: true,
         ..Asked::default()
     };
-    shown(&mut source, typed(" +-a0$q")).expect("a log cannot drive");
-    assert_eq!(source.commands, []);
+    shown(&mut feed, typed(" +-a0$q")).expect("a log cannot drive");
+    assert_eq!(feed.commands, []);
     assert_eq!(
-        source.controls,
+        feed.controls,
         [
             Control::PlayOrPause,
             Control::Faster,

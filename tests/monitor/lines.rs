@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use rover_cli::monitor::Source;
+use rover_cli::monitor::Feed;
 use rover_cli::monitor::plain::{Plain, understand};
-use rover_cli::monitor::recording::Recording;
+use rover_cli::monitor::player::Player;
 use rover_cli::monitor::terminal::{Input, Lines, tell};
 
 use crate::scene::{Scene, simulation};
@@ -13,13 +13,13 @@ use crate::scene::{Scene, simulation};
 const SECOND: Duration = Duration::from_secs(1);
 
 /// What is told, with lines typed at these seconds.
-fn told(source: &mut dyn Source, every: Duration, typed: &[(u64, &str)]) -> Vec<String> {
-    told_as(source, Lines::Plain(Plain::new(every)), typed)
+fn told(feed: &mut dyn Feed, every: Duration, typed: &[(u64, &str)]) -> Vec<String> {
+    told_as(feed, Lines::Plain(Plain::new(every)), typed)
 }
 
-fn told_as(source: &mut dyn Source, made: Lines, typed: &[(u64, &str)]) -> Vec<String> {
+fn told_as(feed: &mut dyn Feed, made: Lines, typed: &[(u64, &str)]) -> Vec<String> {
     let mut typed = VecDeque::from(typed.to_vec());
-    let start = source.now();
+    let start = feed.now();
     let mut next = |now: Duration| {
         let due = |&&(second, _): &&(u64, &str)| now - start >= SECOND * second as u32;
         let (_, line) = *typed.front().filter(due)?;
@@ -34,7 +34,7 @@ fn told_as(source: &mut dyn Source, made: Lines, typed: &[(u64, &str)]) -> Vec<S
         lines.push(line.to_owned());
         true
     };
-    tell(source, made, &mut next, &mut print).expect("the rover acknowledges");
+    tell(feed, made, &mut next, &mut print).expect("the rover acknowledges");
     lines
 }
 
@@ -59,7 +59,7 @@ fn a_rover_is_steered_and_heard_by_lines() {
         (36, ""),
         (40, "quit"),
     ];
-    let lines = told(&mut scene.source, SECOND, &typed);
+    let lines = told(&mut scene.feed, SECOND, &typed);
     for part in [
         "refused: mode learn: the rover is disarmed; arm it first",
         "done: arm",
@@ -90,7 +90,7 @@ fn actions_are_told_no_more_often_than_asked_for() {
     let actions = |every| {
         let mut scene = Scene::unseen(1);
         let typed = [(1, "arm"), (2, "learn"), (62, "^C")];
-        let lines = told(&mut scene.source, every, &typed);
+        let lines = told(&mut scene.feed, every, &typed);
         let action = |line: &&String| line.contains(" action ");
         lines.iter().filter(action).count()
     };
@@ -105,8 +105,8 @@ fn a_log_that_was_cut_off_says_so_at_its_end() {
     let told_of = |cut_off| {
         let mut log = simulation();
         log.cut_off = cut_off;
-        let mut recording = Recording::of_simulation("learn.mcap".into(), log);
-        let lines = told(&mut recording, 10 * SECOND, &[]);
+        let mut player = Player::of_simulation("learn.mcap".into(), log);
+        let lines = told(&mut player, 10 * SECOND, &[]);
         lines
             .iter()
             .filter(|line| line.contains("cut off here"))
@@ -117,8 +117,8 @@ fn a_log_that_was_cut_off_says_so_at_its_end() {
 
 #[test]
 fn a_log_is_told_to_its_end() {
-    let mut recording = Recording::of_simulation("learn.mcap".into(), simulation());
-    let lines = told(&mut recording, 10 * SECOND, &[]);
+    let mut player = Player::of_simulation("learn.mcap".into(), simulation());
+    let lines = told(&mut player, 10 * SECOND, &[]);
     assert_has(&lines, "trial 4 ended");
     assert_has(&lines, "actions before it not told");
 }
@@ -132,7 +132,7 @@ fn when_nobody_reads_the_rover_is_stopped() {
         read > 0
     };
     let made = Lines::Plain(Plain::new(Duration::ZERO));
-    let told = tell(&mut scene.source, made, &mut |_| None, &mut print);
+    let told = tell(&mut scene.feed, made, &mut |_| None, &mut print);
     assert_eq!(told, Ok(()));
     scene.run(2);
     assert!(scene.picture(80, 24).contains("DISARMED"));
@@ -142,7 +142,7 @@ fn when_nobody_reads_the_rover_is_stopped() {
 fn programs_are_told_everything_as_json() {
     let mut scene = Scene::unseen(1);
     let typed = [(1, "arm"), (2, "learn"), (3, "dance"), (60, "quit")];
-    let lines = told_as(&mut scene.source, Lines::Json, &typed);
+    let lines = told_as(&mut scene.feed, Lines::Json, &typed);
     let mut topics = std::collections::BTreeMap::<String, u32>::new();
     for line in &lines {
         let value: serde_json::Value = serde_json::from_str(line).expect("each is JSON");

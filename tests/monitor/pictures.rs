@@ -7,9 +7,9 @@ use std::time::Duration;
 use proptest::prelude::*;
 use rover_cli::monitor::model::{HISTORY, NOTES};
 use rover_cli::monitor::plain::{Plain, Topic};
-use rover_cli::monitor::recording::Recording;
+use rover_cli::monitor::player::Player;
 use rover_cli::monitor::view::Look;
-use rover_cli::monitor::{Control, Source as _, Watch};
+use rover_cli::monitor::{App, Control, Feed as _};
 use rover_emulator::vehicle::Fault;
 
 use crate::anything::happening;
@@ -39,7 +39,7 @@ fn a_rover_that_learns() {
     let scene = Scene::learning(7, 240);
     compare("learning-80x24", &scene.picture(80, 24));
     compare("learning-120x40", &scene.picture(120, 40));
-    let ascii = picture(&scene.watch, false, 80, 24, ASCII);
+    let ascii = picture(&scene.app, false, 80, 24, ASCII);
     assert!(ascii.is_ascii(), "{ascii}");
     compare("learning-80x24-ascii", &ascii);
 }
@@ -62,7 +62,7 @@ fn a_refusal() {
 fn a_rover_that_is_watched_from_the_middle_of_a_drive() {
     let mut scene = Scene::learning(7, 30);
     // Another program begins to watch: the knowledge cannot be read while the rover drives.
-    scene.watch = Default::default();
+    scene.app = Default::default();
     *scene.cable.borrow_mut() = false;
     scene.run(1);
     compare("unplugged-80x24", &scene.picture(80, 24));
@@ -82,14 +82,11 @@ fn all_keys() {
 
 #[test]
 fn a_log_of_a_simulation() {
-    let mut recording = Recording::of_simulation("learn.mcap".into(), simulation());
-    recording.control(Control::End);
-    let watch = watched(&mut recording, Duration::from_secs(60));
-    compare("log-80x24", &picture(&watch, true, 80, 24, Look::default()));
-    compare(
-        "log-120x40",
-        &picture(&watch, true, 120, 40, Look::default()),
-    );
+    let mut player = Player::of_simulation("learn.mcap".into(), simulation());
+    player.control(Control::End);
+    let app = watched(&mut player, Duration::from_secs(60));
+    compare("log-80x24", &picture(&app, true, 80, 24, Look::default()));
+    compare("log-120x40", &picture(&app, true, 120, 40, Look::default()));
 }
 
 #[test]
@@ -117,26 +114,26 @@ proptest! {
         rows in 0u16..60,
         help in any::<bool>(),
     ) {
-        let mut watch = Watch::default();
-        watch.help = help;
+        let mut app = App::default();
+        app.help = help;
         let mut plain = Plain::new(Duration::ZERO);
         for (time, happening) in (0..).map(Duration::from_secs).zip(&happenings) {
-            watch.take(time, happening);
-            plain.lines(time, happening, &watch.dashboard);
-            picture(&watch, false, columns, rows, ASCII);
-            picture(&watch, true, 80, 24, Look::default());
+            app.take(time, happening);
+            plain.lines(time, happening, &app.dashboard);
+            picture(&app, false, columns, rows, ASCII);
+            picture(&app, true, 80, 24, Look::default());
         }
         for topic in [Topic::Status, Topic::Patterns, Topic::Staircases] {
-            topic.lines(&watch.dashboard);
+            topic.lines(&app.dashboard);
         }
-        prop_assert!(watch.dashboard.history.len() <= HISTORY);
-        prop_assert!(watch.dashboard.notes.len() <= NOTES);
+        prop_assert!(app.dashboard.history.len() <= HISTORY);
+        prop_assert!(app.dashboard.notes.len() <= NOTES);
     }
 
     #[test]
     fn every_size_can_be_drawn(columns in 0u16..300, rows in 0u16..100, ascii in any::<bool>()) {
         thread_local!(static SCENE: Scene = Scene::learning(3, 60));
         let look = Look { colour: true, ascii };
-        SCENE.with(|scene| picture(&scene.watch, false, columns.max(1), rows, look));
+        SCENE.with(|scene| picture(&scene.app, false, columns.max(1), rows, look));
     }
 }

@@ -8,10 +8,10 @@ use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
 use rover_boardless::{BoardlessPort, BoardlessRover};
-use rover_cli::monitor::live::Live;
+use rover_cli::monitor::rover_feed::RoverFeed;
 use rover_cli::monitor::terminal::TICK;
 use rover_cli::monitor::view::{self, Look};
-use rover_cli::monitor::{Source, Watch};
+use rover_cli::monitor::{App, Feed};
 use rover_link::Client;
 use rover_log::knowledge;
 use rover_log::{Log, LogWriter, Origin};
@@ -24,8 +24,8 @@ use rover_simulator::experiment::{Known, SessionPlan, learn};
 pub struct Scene {
     pub rover: Rc<RefCell<BoardlessRover>>,
     pub cable: Rc<RefCell<bool>>,
-    pub source: Live,
-    pub watch: Watch,
+    pub feed: RoverFeed,
+    pub app: App,
 }
 
 impl Scene {
@@ -45,8 +45,8 @@ impl Scene {
         Self {
             rover,
             cable,
-            source: Live::new(client),
-            watch: Watch::default(),
+            feed: RoverFeed::new(client),
+            app: App::default(),
         }
     }
 
@@ -62,10 +62,10 @@ impl Scene {
     pub fn run(&mut self, seconds: u64) {
         let ticks = 1_000 * seconds / TICK.as_millis() as u64;
         for _ in 0..ticks {
-            for happening in self.source.poll(TICK) {
-                self.watch.take(self.source.now(), &happening);
+            for event in self.feed.poll(TICK) {
+                self.app.take(self.feed.now(), &event);
             }
-            self.watch.ask(&mut self.source);
+            self.app.ask(&mut self.feed);
         }
     }
 
@@ -77,22 +77,22 @@ impl Scene {
     }
 
     pub fn press_code(&mut self, code: KeyCode) {
-        self.watch.key(code.into(), &mut self.source);
-        for happening in self.source.poll(TICK) {
-            self.watch.take(self.source.now(), &happening);
+        self.app.key(code.into(), &mut self.feed);
+        for event in self.feed.poll(TICK) {
+            self.app.take(self.feed.now(), &event);
         }
     }
 
     /// The notes so far.
     pub fn notes(&self) -> Vec<&str> {
-        let notes = self.watch.dashboard.notes.iter();
-        notes.map(|note| note.text.as_str()).collect()
+        let notes = self.app.dashboard.notes.iter();
+        notes.map(|note| note.line.text.as_str()).collect()
     }
 
     pub fn picture(&self, columns: u16, rows: u16) -> String {
         picture(
-            &self.watch,
-            self.source.is_log(),
+            &self.app,
+            self.feed.is_log(),
             columns,
             rows,
             Look::default(),
@@ -101,23 +101,23 @@ impl Scene {
 }
 
 /// Shows a source until it has ended or this much of its time has passed.
-pub fn watched(source: &mut dyn Source, span: Duration) -> Watch {
-    let mut watch = Watch::default();
-    let until = source.now() + span;
-    while source.now() < until && !source.ended() {
-        for happening in source.poll(TICK) {
-            watch.take(source.now(), &happening);
+pub fn watched(feed: &mut dyn Feed, span: Duration) -> App {
+    let mut app = App::default();
+    let until = feed.now() + span;
+    while feed.now() < until && !feed.ended() {
+        for event in feed.poll(TICK) {
+            app.take(feed.now(), &event);
         }
-        watch.ask(source);
+        app.ask(feed);
     }
-    watch
+    app
 }
 
 /// The dashboard as text, without the blanks at the lines' ends.
-pub fn picture(watch: &Watch, log: bool, columns: u16, rows: u16, look: Look) -> String {
+pub fn picture(app: &App, log: bool, columns: u16, rows: u16, look: Look) -> String {
     let area = Rect::new(0, 0, columns, rows);
     let mut buffer = Buffer::empty(area);
-    view::draw(area, &mut buffer, watch, log, look);
+    view::draw(area, &mut buffer, app, log, look);
     let mut text = String::new();
     for row in buffer.content().chunks(columns.into()) {
         let line: String = row.iter().map(|cell| cell.symbol()).collect();

@@ -1,4 +1,5 @@
 //! Turing Rover's command line and dashboard.
 
 pub mod cli;
+pub mod lines;
 pub mod monitor;

@@ -9,8 +9,8 @@ pub mod seal;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use rover_cli::monitor::recording::Recording as Shown;
-use rover_cli::monitor::{Control, Source as _, Watch};
+use rover_cli::monitor::player::Player as Shown;
+use rover_cli::monitor::{App, Control, Feed as _};
 use rover_log::knowledge;
 use rover_log::recording::Recording;
 use rover_log::replay;
@@ -93,11 +93,11 @@ fn read_log(bytes: &[u8]) {
 }
 
 fn show(mut shown: Shown) {
-    let mut watch = Watch::default();
+    let mut app = App::default();
     shown.control(Control::End);
     for _ in 0..3 {
-        for happening in shown.poll(rover_cli::monitor::terminal::TICK) {
-            watch.take(shown.now(), &happening);
+        for event in shown.poll(rover_cli::monitor::terminal::TICK) {
+            app.take(shown.now(), &event);
         }
     }
 }

@@ -10,8 +10,9 @@ use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::Command;
 use serde_json::json;
 
+use super::output::Failure;
+use super::parse;
 use super::port::PortAndFormat;
-use super::{Failure, print, print_json, values};
 use rover_link::Client;
 use rover_link::names;
 
@@ -27,18 +28,18 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum What {
-    /// Tell the rover where it points
+    /// Set where the rover points
     Compass {
         /// Where it points now, in degrees clockwise as compasses have it
-        #[arg(value_name = "DEG", value_parser = values::compass, allow_hyphen_values = true)]
+        #[arg(value_name = "DEG", value_parser = parse::compass, allow_hyphen_values = true)]
         points_to: Microdegrees,
         #[command(flatten)]
         common: PortAndFormat,
     },
-    /// Tell the rover how fast it goes
+    /// Set how fast the rover drives
     Speed {
-        /// How far it goes in a second at that duty, in cm
-        #[arg(value_name = "CM", value_parser = values::centimetres)]
+        /// Its speed at that duty, in cm/s
+        #[arg(value_name = "CM", value_parser = parse::centimetres)]
         speed: Micrometres,
         /// Duty of a straight advance, per mille
         #[arg(long, default_value_t = Chassis::LYNXMOTION_4WD2.cruise)]
@@ -49,7 +50,7 @@ enum What {
         #[command(flatten)]
         common: PortAndFormat,
     },
-    /// Tell the rover what a range sensor's counts mean
+    /// Set the distances of a range sensor's counts
     #[command(after_help = "Examples:
   rover calibrate range left --at 10,15,20,30,40,60,80     asks for each distance and reads counts
   rover calibrate range left 496:80 943:40 1712:20         counts and distances in cm")]
@@ -62,7 +63,7 @@ enum What {
         points: Vec<Point>,
         /// Distances in cm at which to hold a white sheet of paper, one after the other
         #[arg(long, value_name = "CM,...", value_delimiter = ',', conflicts_with = "points",
-              value_parser = values::centimetres)]
+              value_parser = parse::centimetres)]
         at: Vec<Micrometres>,
         #[command(flatten)]
         common: PortAndFormat,
@@ -91,7 +92,7 @@ impl FromStr for Point {
         let counts = counts.parse().ok().filter(|counts| *counts <= 4_095);
         Ok(Self(CurvePoint {
             counts: counts.ok_or("expected counts from 0 to 4095 before the colon")?,
-            distance: values::centimetres(cm)?,
+            distance: parse::centimetres(cm)?,
         }))
     }
 }
@@ -201,7 +202,7 @@ fn listed(points: &[CurvePoint]) -> String {
     points.iter().map(point).collect::<Vec<_>>().join(" ")
 }
 
-/// Has somebody hold a sheet of paper at each distance, and reads the counts.
+/// Asks for a sheet of paper at each distance, and reads the counts.
 fn measure(
     client: &mut Client,
     channel: Channel,
@@ -243,12 +244,11 @@ fn read_counts(client: &mut Client, channel: Channel) -> Result<u16, Failure> {
 }
 
 fn tell(common: &PortAndFormat, calibration: &Calibration, text: &str) -> Result<(), Failure> {
-    if common.json {
-        return print_json(&json!({ "calibration": calibration }));
-    }
-    print(&format!(
-        "{text}: holds from now on, and is kept in the flash\n"
-    ))
+    let value = json!({ "calibration": calibration });
+    common.answer(
+        &value,
+        format_args!("{text}: in force, and stored in the flash"),
+    )
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! `rover completions`
 
-use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::{Failure, print};
+use super::output::{Failure, print};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Bash:  rover completions bash > \
@@ -15,9 +14,9 @@ pub struct Arguments {
     shell: Shell,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut command = super::Arguments::command();
+/// Prints the script for the whole command line, `program`.
+pub fn run(arguments: &Arguments, mut program: clap::Command) -> Result<(), Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut command, "rover", &mut script);
+    clap_complete::generate(arguments.shell, &mut program, "rover", &mut script);
     print(&String::from_utf8(script)?)
 }

@@ -1,23 +1,15 @@
 //! `rover disarm`
 
-use super::port::PortArguments;
-use super::{Failure, print, print_json};
-use rover_link::Client;
+use rover_link::{Client, names};
+use rover_shared::contract::State;
+use serde_json::json;
 
-#[derive(Debug, clap::Args)]
-pub struct Arguments {
-    #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
-}
+use super::output::Failure;
+use super::port::PortAndFormat;
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // Without an introduction: a rover of another revision is to be stopped too.
+pub fn run(arguments: &PortAndFormat) -> Result<(), Failure> {
+    // Without an introduction: a rover of another revision must stop too.
     Client::disarm(arguments.port.open()?)?;
-    if arguments.json {
-        return print_json(&serde_json::json!({ "state": "Disarmed" }));
-    }
-    print("disarmed\n")
+    let state = State::Disarmed;
+    arguments.answer(&json!({ "state": state }), names::state(state))
 }

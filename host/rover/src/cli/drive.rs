@@ -1,15 +1,16 @@
 //! `rover drive`
 
+use rover_link::{Client, LinkError, names};
 use rover_shared::contract::{Mode, Outcome, State};
 use rover_shared::time::Duration;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{Command, EventKind, Report};
+use serde_json::json;
 
 use super::interrupt::Interrupt;
-use super::port::PortArguments;
-use super::{Failure, narrate, print, print_json, steering, values};
-use rover_link::names;
-use rover_link::{Client, LinkError};
+use super::output::Failure;
+use super::port::PortAndFormat;
+use super::{parse, steering, watch};
 
 /// A turn ends after 4 s at the latest, and the longest advance takes some ten.
 const MOVE_WITHIN: Duration = Duration::from_millis(60_000);
@@ -21,23 +22,20 @@ Example:  rover drive --arm --left 20 --advance 7"
 )]
 pub struct Arguments {
     /// Turn to the left first, in degrees
-    #[arg(long, value_name = "DEG", value_parser = values::turn, conflicts_with = "right")]
+    #[arg(long, value_name = "DEG", value_parser = parse::turn, conflicts_with = "right")]
     left: Option<Microdegrees>,
     /// Turn to the right first, in degrees
-    #[arg(long, value_name = "DEG", value_parser = values::turn)]
+    #[arg(long, value_name = "DEG", value_parser = parse::turn)]
     right: Option<Microdegrees>,
     /// Then advance, in cm, at most 100
-    #[arg(long, value_name = "CM", value_parser = values::advance,
+    #[arg(long, value_name = "CM", value_parser = parse::advance,
           required_unless_present_any = ["left", "right"])]
     advance: Option<Micrometres>,
     /// Arm first
     #[arg(long)]
     arm: bool,
     #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
+    common: PortAndFormat,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -47,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         (None, None) => Microdegrees(0),
     };
     let advance = arguments.advance.unwrap_or_default();
-    let mut client = arguments.port.connect()?;
+    let mut client = arguments.common.port.connect()?;
     let interrupt = Interrupt::listen()?;
     let began = client.now();
     let armed = if arguments.arm {
@@ -58,18 +56,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let drive = Command::Drive { turn, advance };
     let moved = armed.and_then(|()| make(&mut client, &interrupt, &drive));
     let took = client.now().since(began);
-    // Whatever happened, nothing is to move any more.
+    // Whatever happened, it is disarmed.
     steering::stop(&mut client)?;
     let outcome = moved?;
     let seconds = took.0 as f64 / 1e6;
-    if arguments.json {
-        print_json(&serde_json::json!({ "outcome": outcome, "took_s": seconds }))?;
-    } else {
-        print(&format!(
-            "{} after {seconds:.1} s, disarmed\n",
-            names::outcome(outcome)
-        ))?;
-    }
+    let value = json!({ "outcome": outcome, "took_s": seconds });
+    let text = format!("{} after {seconds:.1} s, disarmed", names::outcome(outcome));
+    arguments.common.answer(&value, text)?;
     match outcome {
         Outcome::Completed => Ok(()),
         other => Err(Failure::Failed(format!(
@@ -88,18 +81,17 @@ fn make(client: &mut Client, interrupt: &Interrupt, drive: &Command) -> Result<O
         let Some(received) = client.next(Duration::from_millis(100))? else {
             continue;
         };
-        if let Some(line) = narrate::line(&received.report) {
+        if let Some(line) = watch::line(&received.report) {
             eprintln!("rover: {line}");
         }
-        match received.report {
-            Report::Event(event) => match event.kind {
+        if let Report::Event(event) = received.report {
+            match event.kind {
                 EventKind::MoveEnded(outcome) => return Ok(outcome),
                 EventKind::State(State::Faulted(_) | State::Disarmed) => {
                     return Ok(Outcome::Stopped);
                 }
                 _ => {}
-            },
-            _ => continue,
+            }
         }
     }
     if interrupt.is_set() {

@@ -1,33 +1,34 @@
 //! `rover emulate`
 
 use std::cell::RefCell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::time;
 
+use emulated_rp2040::elf::Image;
+use emulated_rp2040::rtt::Log;
 use indicatif::{ProgressBar, ProgressStyle};
-use rover_shared::contract::State;
+use rover_emulator::EmulatedPort;
+use rover_emulator::vehicle::{GRAMMAR, POSSIBLE, ScheduledFault};
+use rover_emulator::{Emulation, EmulationReport, Meter};
+use rover_link::Client;
+use rover_log::files::Replacement;
+use rover_log::knowledge;
+use rover_log::recording::Written;
 use rover_shared::time::Duration;
-use rover_shared::wire::message::Report;
+use rover_shared::units::Microdegrees;
 use serde::Serialize;
 
 use super::emulated::{self, FIRMWARE, SETTLING, read_firmware, rover_in};
 use super::interrupt::Interrupt;
-use super::steering::{self, Drive, ModeChoice, Steering};
-use super::task::TaskChoice;
-use super::{Failure, narrate, print, print_json, values};
-use emulated_rp2040::elf::Image;
-use emulated_rp2040::rtt::Log;
-use rover_emulator::vehicle::{GRAMMAR, POSSIBLE, ScheduledFault};
-use rover_emulator::{EmulatedPort, Emulation, EmulationReport, Meter};
-use rover_link::names;
-use rover_link::{Client, LinkError, Received};
-use rover_log::files::Replacement;
-use rover_log::recorder::{RecordError, Recorder};
-use rover_log::recording::{RecordingWriter, Written};
+use super::output::{Failure, answer, print};
+use super::steering::{self, Drive, DriveMode, RoverTask, Steering};
+use super::watch::{Rover, Watch};
+use super::{input, parse};
+use crate::lines;
 
-/// How long the board may say nothing while it should be driving: a move takes some 3 s, and one that
-/// waits for a sensor ends in a fault after 2.
+/// How long the board may be silent while it should be driving: a move takes some 3 s, and waiting
+/// for a sensor ends in a fault after 2.
 const SILENCE: Duration = Duration::from_millis(30_000);
 
 #[derive(Debug, clap::Args)]
@@ -47,35 +48,35 @@ pub struct Arguments {
     /// Actions to drive
     #[arg(long, value_name = "N", default_value_t = 500)]
     steps: u32,
-    /// What is to be done
-    #[arg(long, value_enum, default_value_t = TaskChoice::Wander)]
-    task: TaskChoice,
+    /// The rover's task
+    #[arg(long, value_enum, default_value_t = RoverTask::Wander)]
+    task: RoverTask,
     /// The direction to follow, in degrees clockwise as compasses have it
-    #[arg(long, value_name = "DEG", value_parser = values::compass, allow_hyphen_values = true)]
-    direction: Option<rover_shared::units::Microdegrees>,
+    #[arg(long, value_name = "DEG", value_parser = parse::compass, allow_hyphen_values = true)]
+    direction: Option<Microdegrees>,
     /// Whether the rover learns
-    #[arg(long, value_enum, default_value_t = ModeChoice::Learn)]
-    mode: ModeChoice,
-    /// Knowledge to begin with [default: none, as on a new board]
+    #[arg(long, value_enum, default_value_t = DriveMode::Learn)]
+    mode: DriveMode,
+    /// Knowledge to start with [default: none, as on a new board]
     #[arg(long, value_name = "FILE")]
     knowledge: Option<PathBuf>,
-    /// Write what the rover knows in the end
+    /// Write the rover's knowledge at the end
     #[arg(long, value_name = "FILE.rover")]
     save: Option<PathBuf>,
-    /// Decides all chance: start, noise, and what the rover draws
+    /// Seed of all random numbers: start, noise, and what the rover draws
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Something that goes wrong, and when; may be given several times
+    /// A fault, and when it begins; may be repeated
     #[arg(long = "fault", value_name = "AT:WHAT")]
     faults: Vec<ScheduledFault>,
-    /// Record what the board says
-    #[arg(long, value_name = "FILE.mcap", value_parser = values::log_path)]
+    /// Record the board's reports
+    #[arg(long, value_name = "FILE.mcap", value_parser = parse::log_path)]
     log: Option<PathBuf>,
-    /// Seconds of wall-clock time after which the run is given up
+    /// Seconds of wall-clock time after which the run is aborted
     #[arg(long, value_name = "SECONDS", default_value_t = 600)]
     limit: u64,
-    /// Only wait for other programs, on a pseudo-terminal, in real time, until Ctrl-C: every command
-    /// with --port works on it
+    /// Serve the board to other programs on a pseudo-terminal, in real time, until Ctrl-C: every
+    /// command with --port works on it
     #[arg(long, conflicts_with_all = ["log", "report", "json", "knowledge", "save"])]
     pty: bool,
     /// Show the firmware's own log lines, if it was built with them (cargo fw --features defmt)
@@ -105,63 +106,8 @@ struct Outcome {
     report: Option<EmulationReport>,
 }
 
-/// Who listens to the rover.
-enum Listener {
-    Host(Box<Client>),
-    Recorder(Box<Recorder>),
-}
-
-impl Listener {
-    fn new(
-        client: Client,
-        rover: &Rc<RefCell<Emulation>>,
-        log: Option<&Path>,
-    ) -> Result<Self, Failure> {
-        let Some(path) = log else {
-            return Ok(Self::Host(Box::new(client)));
-        };
-        let writer = concat!("rover ", env!("CARGO_PKG_VERSION"));
-        let log = RecordingWriter::create(path, None, writer, client.epoch())?;
-        let truth = emulated::truth(rover);
-        let recorder = Recorder::begin(client, Some(truth), log)?;
-        Ok(Self::Recorder(Box::new(recorder)))
-    }
-
-    fn client(&mut self) -> &mut Client {
-        match self {
-            Self::Host(client) => client,
-            Self::Recorder(recorder) => recorder.client(),
-        }
-    }
-
-    fn next(&mut self, patience: Duration) -> Result<Option<Received>, RecordError> {
-        match self {
-            Self::Host(client) => Ok(client.next(patience)?),
-            Self::Recorder(recorder) => recorder.next(patience),
-        }
-    }
-
-    fn reconnect(
-        &mut self,
-        why: &LinkError,
-        give_up: &dyn Fn() -> bool,
-    ) -> Result<(), RecordError> {
-        match self {
-            Self::Host(client) => Ok(client.reconnect(steering::PATIENCE, give_up)?),
-            Self::Recorder(recorder) => recorder.reconnect(why, steering::PATIENCE, give_up),
-        }
-    }
-
-    fn finish(self, hear: impl FnMut(&Received)) -> Result<Option<Written>, Failure> {
-        match self {
-            Self::Host(_) => Ok(None),
-            Self::Recorder(recorder) => Ok(Some(recorder.finish(hear)?)),
-        }
-    }
-}
-
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    if arguments.direction.is_some() && arguments.task != TaskChoice::Follow {
+    if arguments.direction.is_some() && arguments.task != RoverTask::Follow {
         let text = "--direction is for --task follow: wandering draws its own directions";
         return Err(Failure::Usage(text.into()));
     }
@@ -183,38 +129,41 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let began = time::Instant::now();
     let mut client = Client::open(Box::new(EmulatedPort::open(Rc::clone(&rover))?))?;
-    eprintln!("rover: {}", narrate::hello(client.hello()));
+    eprintln!("rover: {}", lines::hello(client.hello()));
     if let Some(path) = &arguments.knowledge {
-        let loaded = rover_log::knowledge::load(path)?;
-        let bytes = rover_log::knowledge::to_bytes(&loaded.known, loaded.coefficients.parameters());
+        let loaded = knowledge::load(path)?;
+        let bytes = knowledge::to_bytes(&loaded.known, loaded.coefficients.parameters());
         client.push_knowledge(&bytes, |_, _| {})?;
     }
+    client.wait(SETTLING)?;
+    let mut watched = match &arguments.log {
+        Some(path) => Rover::recorded(client, Some(emulated::truth(&rover)), path, None)?,
+        None => Rover::Client(Box::new(client)),
+    };
     let steering = Steering {
-        task: Some(arguments.task.task()),
+        task: Some(arguments.task),
         direction: arguments.direction,
         seed: Some(arguments.seed),
         arm: true,
         mode: Some(arguments.mode),
     };
-    client.wait(SETTLING)?;
-    let mut listener = Listener::new(client, &rover, arguments.log.as_deref())?;
-    steering.begin(listener.client())?;
+    steering.begin(watched.client())?;
     let mut drive = Drive::default();
     let driven = watch(
         arguments,
         &rover,
-        &mut listener,
+        &mut watched,
         &interrupt,
         began,
         &mut drive,
     );
     // Whatever happened: the motors off, then the file whole.
-    let stopped = steering::stop(listener.client());
+    let stopped = steering::stop(watched.client());
     let saved = match place {
-        Some(place) if stopped.is_ok() => save(listener.client(), place),
+        Some(place) if stopped.is_ok() => save(watched.client(), place),
         _ => Ok(()),
     };
-    let log = listener.finish(|received| drive.hear(received));
+    let log = watched.finish(&mut drive);
     tell_outstanding(&rover.borrow());
     let ended = driven.and(stopped).and(saved);
     let log = match (log, &ended) {
@@ -233,11 +182,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         log,
         report: meter.map(|meter| meter.report(&rover.borrow())),
     };
-    if arguments.json {
-        print_json(&outcome)?;
-    } else {
-        print(&text(&outcome))?;
-    }
+    answer(arguments.json, &outcome, text(&outcome))?;
     ended
 }
 
@@ -246,14 +191,14 @@ fn save(client: &mut Client, place: Replacement) -> Result<(), Failure> {
     Ok(place.complete(&bytes)?)
 }
 
-/// Faults that were asked for and never came about, so that nobody thinks that the rover stood them.
+/// Names the faults that never came about: the rover was not tested with them.
 fn tell_outstanding(rover: &Emulation) {
     for fault in rover.outstanding() {
         eprintln!("rover: the run ended before this fault came about: {fault}");
     }
 }
 
-/// Lets other programs have the rover.
+/// Serves the rover to other programs.
 #[cfg(unix)]
 fn serve(rover: &mut Emulation, interrupt: &Interrupt) -> Result<(), Failure> {
     use super::pseudo_terminal::PseudoTerminal;
@@ -290,7 +235,7 @@ fn serve(_: &mut Emulation, _: &Interrupt) -> Result<(), Failure> {
 fn watch(
     arguments: &Arguments,
     rover: &RefCell<Emulation>,
-    listener: &mut Listener,
+    watched: &mut Rover,
     interrupt: &Interrupt,
     began: time::Instant,
     drive: &mut Drive,
@@ -298,114 +243,60 @@ fn watch(
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} actions  {msg}")?;
     let bar = ProgressBar::new(arguments.steps.into()).with_style(style);
     let mut log = firmware_log(arguments)?;
-    let mut heard = listener.client().now();
-    while drive.actions < arguments.steps.into() {
-        if interrupt.is_set() {
-            drive.ended = Some(steering::Ended::Interrupted);
-            break;
+    let watch = Watch {
+        interrupt,
+        span: None,
+        until_stopped: true,
+        bar: &bar,
+    };
+    let driven = watch.run(watched, drive, |drive, silence| {
+        let mut rover = rover.borrow_mut();
+        let (emulated, wall) = (rover.now().0 as f64 / 1e6, began.elapsed());
+        for line in log
+            .iter_mut()
+            .flat_map(|log| log.lines(rover.machine_mut()))
+        {
+            bar.suspend(|| eprintln!("board: {line}"));
         }
-        if let Some(log) = &mut log {
-            for line in log.lines(rover.borrow_mut().machine_mut()) {
-                bar.suspend(|| eprintln!("board: {line}"));
-            }
-        }
-        let wall = began.elapsed();
-        if wall.as_secs() >= arguments.limit {
-            return Err(given_up(&rover.borrow(), drive, arguments.limit));
-        }
-        let received = match listener.next(SLICE) {
-            Ok(Some(received)) => received,
-            Ok(None) if listener.client().now().since(heard) < SILENCE => continue,
-            Ok(None) => return Err(silent(&rover.borrow())),
-            Err(RecordError::Link(error @ LinkError::Port(_))) => {
-                bar.suspend(|| eprintln!("rover: {error}; waiting for it"));
-                let back = listener.reconnect(&error, &|| interrupt.is_set());
-                back.map_err(|_| gone(&rover.borrow()))?;
-                match listener.client().status()?.state {
-                    State::Driving(_) => continue,
-                    state => {
-                        drive.ended = Some(steering::Ended::ByRover(state));
-                        break;
-                    }
-                }
-            }
-            Err(error) => return Err(error.into()),
-        };
-        heard = listener.client().now();
-        drive.hear(&received);
         bar.set_position(drive.actions);
-        let emulated = rover.borrow().now().0 as f64 / 1e6;
-        bar.set_message(format!(
-            "{:.0} times real time",
-            emulated / wall.as_secs_f64().max(0.001)
-        ));
-        if let Some(line) = narrate::line(&received.report) {
-            bar.suspend(|| eprintln!("rover: {line}"));
+        let speed = emulated / wall.as_secs_f64().max(0.001);
+        bar.set_message(format!("{speed:.0} times real time"));
+        let (actions, limit) = (drive.actions, arguments.limit);
+        if actions >= arguments.steps.into() {
+            return Ok(false);
         }
-        if let Some(state) = stopped(&received.report) {
-            drive.ended = Some(steering::Ended::ByRover(state));
-            break;
+        if wall.as_secs() >= limit {
+            return Err(Failure::Failed(format!(
+                "given up after {limit} s of wall-clock time, {emulated:.1} emulated seconds and \
+                 {actions} actions (--limit SECONDS allows more)"
+            )));
         }
-    }
+        if silence >= SILENCE {
+            return Err(Failure::Failed(format!(
+                "the emulated board has sent nothing for {} s while it should be driving",
+                SILENCE.0 / 1_000_000
+            )));
+        }
+        Ok(true)
+    });
     bar.finish_and_clear();
-    drive.lost_frames = listener.client().counters().lost;
-    Ok(())
+    driven.map_err(|failure| match failure {
+        Failure::Failed(why) => Failure::Failed(format!("{why}; {}", rover.borrow().whereabouts())),
+        usage @ Failure::Usage(_) => usage,
+    })
 }
 
-/// The firmware's log, if it is to be shown.
+/// The firmware's log, with `--verbose`.
 fn firmware_log(arguments: &Arguments) -> Result<Option<Log>, Failure> {
     if !arguments.verbose {
         return Ok(None);
     }
-    let elf = std::fs::read(&arguments.elf)?;
+    let elf = input::read(&arguments.elf)?;
     let log = Log::new(&elf, &Image::parse(&elf)?)?;
     log.map(Some).ok_or_else(|| {
-        Failure::Failed(format!(
-            "{}: was built without log lines: cargo fw --features defmt",
-            arguments.elf.display()
-        ))
+        let what = "was built without log lines: cargo fw --features defmt";
+        Failure::of(arguments.elf.display(), what)
     })
-}
-
-/// How long to listen before interrupts and the limit are looked at.
-const SLICE: Duration = Duration::from_millis(1_000);
-
-/// The state in which the rover does not drive any more, if it says so.
-fn stopped(report: &Report) -> Option<State> {
-    use rover_shared::wire::message::{Event, EventKind};
-    match report {
-        Report::Event(Event {
-            kind: EventKind::State(state @ (State::Disarmed | State::Faulted(_))),
-            ..
-        }) => Some(*state),
-        _ => None,
-    }
-}
-
-fn gone(rover: &Emulation) -> Failure {
-    Failure::Failed(format!(
-        "the emulated board left the cable and did not come back within {} s; {}",
-        steering::PATIENCE.0 / 1_000_000,
-        rover.whereabouts()
-    ))
-}
-
-fn silent(rover: &Emulation) -> Failure {
-    Failure::Failed(format!(
-        "the emulated board has said nothing for {} s while it should be driving; {}",
-        SILENCE.0 / 1_000_000,
-        rover.whereabouts()
-    ))
-}
-
-fn given_up(rover: &Emulation, drive: &Drive, limit: u64) -> Failure {
-    Failure::Failed(format!(
-        "given up after {limit} s of wall-clock time, {:.1} emulated seconds and {} actions; {}; \
-         --limit SECONDS allows more",
-        rover.now().0 as f64 / 1e6,
-        drive.actions,
-        rover.whereabouts()
-    ))
 }
 
 fn text(outcome: &Outcome) -> String {
@@ -418,13 +309,8 @@ fn text(outcome: &Outcome) -> String {
         log,
         report,
     } = outcome;
-    let ended = match drive.ended {
-        Some(steering::Ended::ByRover(state)) => format!("; then {}", names::state(state)),
-        Some(steering::Ended::Interrupted) => "; then interrupted".into(),
-        Some(steering::Ended::Time) | None => String::new(),
-    };
     let mut text = format!(
-        "{}{ended}\n{emulated_seconds:.1} s emulated in {wall_seconds:.1} s, {times_real_time:.0} times \
+        "{}\n{emulated_seconds:.1} s emulated in {wall_seconds:.1} s, {times_real_time:.0} times \
          real time; {incidents} resets, hard faults and power cuts of the board\n",
         drive.line()
     );

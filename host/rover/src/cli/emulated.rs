@@ -13,21 +13,19 @@ use rover_shared::time::{Duration, Instant};
 use rover_simulator::arena::{Pose, Scenario};
 use rover_simulator::experiment::{Stream, generator};
 
-use super::Failure;
+use super::output::Failure;
 
 /// Where `cargo fw` puts the firmware.
 pub const FIRMWARE: &str = "target/thumbv6m-none-eabi/firmware/rover-firmware";
 
-/// How long an emulated rover's sensors take to be believed, without which arming is refused.
+/// How long an emulated rover's sensors take to pass their checks; until then arming is refused.
 pub const SETTLING: Duration = Duration::from_millis(1_000);
 
 /// The firmware, read.
 pub fn read_firmware(path: &Path) -> Result<Image, Failure> {
     let fail = |what: &dyn std::fmt::Display| {
-        Failure::Failed(format!(
-            "{}: {what}; `cargo fw` builds the firmware, --elf FILE names another",
-            path.display()
-        ))
+        let hint = "`cargo fw` builds the firmware, --elf FILE names another";
+        Failure::of(path.display(), format_args!("{what}; {hint}"))
     };
     let bytes = std::fs::read(path).map_err(|error| fail(&format!("cannot be read: {error}")))?;
     Image::parse(&bytes).map_err(|error| fail(&error))

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Failure, print, print_json};
+use super::input;
+use super::output::{Failure, answer};
 use rover_figure::{self, LoggedSession, Moment, REPORT};
 use rover_log::Log;
 use rover_log::files::writable_folder;
@@ -55,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         at: arguments.at,
     };
     let drawn = rover_figure::of_recordings(&recordings, moment)
-        .map_err(|error| Failure::Failed(format!("{}: {error}", arguments.logs[0].display())))?;
+        .map_err(|error| Failure::of(arguments.logs[0].display(), error))?;
     writable_folder(&arguments.out)?;
     drawn.write(&arguments.out)?;
     let path = |name: &str| arguments.out.join(name).display().to_string();
@@ -67,16 +68,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         figures: figures.collect(),
         report: path(REPORT),
     };
-    if arguments.json {
-        return print_json(&drawn);
-    }
     let mut text = String::new();
     for DrawnFigure { file, paper } in &drawn.figures {
         let paper = paper.unwrap_or("our own");
         text += &format!("  {file:<32} {paper}\n");
     }
     text += &format!("\nAll of them on one page: {}\n", drawn.report);
-    print(&text)
+    answer(arguments.json, &drawn, text)
 }
 
 /// The files of one log: a recording may have several.
@@ -87,12 +85,11 @@ struct Parts {
 
 impl Parts {
     fn name(&self) -> String {
-        let names = self.paths.iter().map(|path| path.display().to_string());
-        names.collect::<Vec<_>>().join(", ")
+        input::listed(&self.paths, ", ")
     }
 
     fn fail(&self, what: &dyn std::fmt::Display) -> Failure {
-        Failure::Failed(format!("{}: {what}", self.name()))
+        Failure::of(self.name(), what)
     }
 
     fn read(&self) -> Result<LoggedSession, Failure> {
@@ -111,9 +108,7 @@ impl Parts {
 fn together(paths: &[PathBuf]) -> Result<Vec<Parts>, Failure> {
     let mut logs: Vec<Parts> = Vec::new();
     for path in paths {
-        let file = std::fs::read(path).map_err(|error| {
-            Failure::Failed(format!("{}: cannot be read: {error}", path.display()))
-        })?;
+        let file = input::read(path)?;
         let later = rover_log::recording::Recording::part_of(&file).is_some_and(|part| part > 1);
         match logs.last_mut() {
             Some(log) if later => {

@@ -1,17 +1,16 @@
-//! Ctrl-C ends what a command does in an orderly way: files are finished, rovers disarmed.
+//! Ctrl-C ends a command in an orderly way: files are finished, rovers disarmed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::Failure;
+use super::output::Failure;
 
-/// Whether somebody has had enough.
+/// Whether the user interrupted.
 #[derive(Clone)]
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// From now on Ctrl-C, and being asked to terminate, only sets this; a second one ends the
-    /// program.
+    /// From now on Ctrl-C and SIGTERM only set this; the second one ends the program.
     pub fn listen() -> Result<Self, Failure> {
         let flag = Arc::new(AtomicBool::new(false));
         let heard = flag.clone();
@@ -24,6 +23,7 @@ impl Interrupt {
         Ok(Self(flag))
     }
 
+    /// Whether it came.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }

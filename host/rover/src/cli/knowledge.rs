@@ -1,5 +1,6 @@
 //! `rover knowledge`
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -8,13 +9,13 @@ use rover_shared::parameters::Parameters;
 use rover_shared::wire::message::Command;
 use serde_json::json;
 
+use super::input;
+use super::output::Failure;
 use super::port::PortAndFormat;
-use super::{Failure, print, print_json};
-use rover_link::Client;
 use rover_log::files::write_whole;
 use rover_log::knowledge::difference::Difference;
+use rover_log::knowledge::from_bytes;
 use rover_log::knowledge::summary::{Summary, describe};
-use rover_log::knowledge::{FileError, from_bytes};
 use rover_simulator::experiment::Known;
 
 #[derive(Debug, clap::Args)]
@@ -25,7 +26,7 @@ pub struct Arguments {
 
 #[derive(Debug, clap::Subcommand)]
 enum Action {
-    /// Show what the rover knows, or a file of knowledge holds
+    /// Show the rover's knowledge, or a file's
     Show {
         /// A file instead of the rover
         file: Option<PathBuf>,
@@ -39,9 +40,9 @@ enum Action {
         #[command(flatten)]
         common: PortAndFormat,
     },
-    /// Give the rover the knowledge of a file; it has to be disarmed
+    /// Send a file's knowledge to the rover, which has to be disarmed
     Push {
-        /// What it is to know
+        /// The knowledge to send
         file: PathBuf,
         #[command(flatten)]
         common: PortAndFormat,
@@ -55,12 +56,12 @@ enum Action {
         #[command(flatten)]
         common: PortAndFormat,
     },
-    /// Have the rover write what it learned to its flash; it does so by itself when disarmed
+    /// Write the rover's knowledge to its flash; it does so by itself when disarmed
     Store {
         #[command(flatten)]
         common: PortAndFormat,
     },
-    /// Have the rover forget everything; its flash keeps the old until something is learned
+    /// Empty the rover's knowledge; its flash keeps the old until something is learned
     New {
         #[command(flatten)]
         common: PortAndFormat,
@@ -90,122 +91,94 @@ struct Held {
 }
 
 impl Held {
+    /// Knowledge from the file, or whatever else, of this name.
+    fn new(bytes: Vec<u8>, name: &dyn Display) -> Result<Self, Failure> {
+        let (known, parameters) = from_bytes(&bytes).map_err(|error| Failure::of(name, error))?;
+        Ok(Self {
+            bytes,
+            known,
+            parameters,
+        })
+    }
+
+    fn read(file: &Path) -> Result<Self, Failure> {
+        Self::new(input::read(file)?, &file.display())
+    }
+
+    fn of_rover(common: &PortAndFormat) -> Result<Self, Failure> {
+        let mut client = common.port.connect()?;
+        let bytes = with_bar(|progress| client.pull_knowledge(progress))?;
+        Self::new(bytes, &"the rover's knowledge")
+    }
+
     fn summary(&self) -> Summary {
         Summary::new(&self.known, &self.bytes)
     }
 }
 
-fn read(file: &Path) -> Result<Held, Failure> {
-    let path = file.display().to_string();
-    let bytes = std::fs::read(file).map_err(|error| FileError::Io {
-        path: path.clone(),
-        error,
-    })?;
-    let (known, parameters) =
-        from_bytes(&bytes).map_err(|error| FileError::Knowledge { path, error })?;
-    Ok(Held {
-        bytes,
-        known,
-        parameters,
-    })
-}
-
-fn of_rover(common: &PortAndFormat) -> Result<Held, Failure> {
-    let bytes = pull_with_progress(&mut common.port.connect()?)?;
-    let (known, parameters) = from_bytes(&bytes).map_err(|error| {
-        Failure::Failed(format!("what the rover knows cannot be read: {error}"))
-    })?;
-    Ok(Held {
-        bytes,
-        known,
-        parameters,
-    })
-}
-
-fn pull_with_progress(client: &mut Client) -> Result<Vec<u8>, Failure> {
-    let bar = bar();
-    let bytes = client.pull_knowledge(|done, total| {
+/// A transfer with a progress bar: bytes done, and all of them.
+fn with_bar<T, E>(transfer: impl FnOnce(&mut dyn FnMut(u32, u32)) -> Result<T, E>) -> Result<T, E> {
+    let style = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    let bar = ProgressBar::new(1).with_style(style);
+    let done = transfer(&mut |done, total| {
         bar.set_length(total.into());
         bar.set_position(done.into());
     })?;
     bar.finish_and_clear();
-    Ok(bytes)
-}
-
-fn bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}");
-    ProgressBar::new(1).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    Ok(done)
 }
 
 fn show(file: Option<&Path>, common: &PortAndFormat) -> Result<(), Failure> {
     let held = match file {
-        Some(file) => read(file)?,
-        None => of_rover(common)?,
+        Some(file) => Held::read(file)?,
+        None => Held::of_rover(common)?,
     };
-    if common.json {
-        return print_json(&held.summary());
-    }
-    print(&describe(&held.known, &held.bytes, &held.parameters))
+    let text = describe(&held.known, &held.bytes, &held.parameters);
+    common.answer(&held.summary(), text)
 }
 
 fn pull(file: &Path, common: &PortAndFormat) -> Result<(), Failure> {
-    let held = of_rover(common)?;
+    let held = Held::of_rover(common)?;
     write_whole(file, &held.bytes)?;
-    let print_of = fingerprint(&held.bytes);
-    if common.json {
-        let file = file.display().to_string();
-        return print_json(&json!({
-            "file": file, "bytes": held.bytes.len(), "fingerprint": format!("{print_of:08x}"),
-        }));
-    }
-    print(&format!(
-        "{}: knowledge {print_of:08x}, {} bytes\n",
-        file.display(),
-        held.bytes.len()
-    ))
+    let (file, length) = (file.display().to_string(), held.bytes.len());
+    let print_of = format!("{:08x}", fingerprint(&held.bytes));
+    let value = json!({ "file": file, "bytes": length, "fingerprint": print_of });
+    common.answer(
+        &value,
+        format_args!("{file}: knowledge {print_of}, {length} bytes"),
+    )
 }
 
 fn push(file: &Path, common: &PortAndFormat) -> Result<(), Failure> {
-    // A file that is no knowledge is found out before the rover is troubled.
-    let held = read(file)?;
+    // A file that holds no knowledge is refused before the rover is asked.
+    let held = Held::read(file)?;
     let mut client = common.port.connect()?;
-    let bar = bar();
-    client.push_knowledge(&held.bytes, |done, total| {
-        bar.set_length(total.into());
-        bar.set_position(done.into());
-    })?;
-    bar.finish_and_clear();
-    let print_of = fingerprint(&held.bytes);
-    if common.json {
-        return print_json(&json!({
-            "bytes": held.bytes.len(),
-            "fingerprint": format!("{print_of:08x}"),
-            "verified": true,
-        }));
-    }
-    print(&format!(
-        "the rover knows {print_of:08x} now: stored in its flash, read back and compared\n"
-    ))
+    with_bar(|progress| client.push_knowledge(&held.bytes, progress))?;
+    let (length, print_of) = (
+        held.bytes.len(),
+        format!("{:08x}", fingerprint(&held.bytes)),
+    );
+    let value = json!({ "bytes": length, "fingerprint": print_of, "verified": true });
+    let text = format!("the rover has knowledge {print_of}: stored in its flash and read back");
+    common.answer(&value, text)
 }
 
 fn diff(first: &Path, second: Option<&Path>, common: &PortAndFormat) -> Result<(), Failure> {
-    let first = read(first)?;
+    let first = Held::read(first)?;
     let second = match second {
-        Some(file) => read(file)?,
-        None => of_rover(common)?,
+        Some(file) => Held::read(file)?,
+        None => Held::of_rover(common)?,
     };
     let same = first.parameters == second.parameters;
     let difference = Difference::between(&first.summary(), &second.summary(), same);
-    if common.json {
-        return print_json(&difference);
-    }
-    print(&difference.to_string())
+    common.answer(&difference, &difference)
 }
 
 fn order(common: &PortAndFormat, command: &Command, done: &str) -> Result<(), Failure> {
     common.port.connect()?.ask(command)?;
-    if common.json {
-        return print_json(&json!({ "done": true }));
-    }
-    print(&format!("the rover's knowledge {done}\n"))
+    common.answer(
+        &json!({ "done": true }),
+        format_args!("the rover's knowledge {done}"),
+    )
 }

@@ -8,14 +8,14 @@ use rayon::prelude::*;
 use rover_shared::parameters::Coefficients;
 use serde::Serialize;
 
-use super::{Failure, print, print_json, read_parameters, shown};
-use rover_log::arena_file;
+use super::input::read_parameters;
+use super::output::{Failure, answer, shown};
+use super::simulated::ArenaTask;
 use rover_log::files::{Replacement, WriteError, writable_folder};
 use rover_log::results;
 use rover_log::{LogWriter, Origin};
-use rover_simulator::arena::ArenaSource;
 use rover_simulator::experiment::{
-    Estimate, ExamResult, LearnedSession, SessionPlan, Stream, Trial, generator, learn, mean,
+    Estimate, ExamResult, LearnedSession, SessionPlan, Trial, learn, mean,
 };
 use rover_simulator::parameters::preset;
 
@@ -34,9 +34,9 @@ pub struct Arguments {
     /// Actions allowed in each trial
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: u32,
-    /// What is to be learned
-    #[arg(long, value_enum, default_value_t = TaskChoice::Target)]
-    task: TaskChoice,
+    /// The task to learn
+    #[arg(long, value_enum, default_value_t = ArenaTask::Target)]
+    task: ArenaTask,
     /// paper, harder, free, rover, rover-5m, or a file (.toml, or a ROS map's .yaml)
     #[arg(long, value_name = "FILE|NAME")]
     arena: Option<String>,
@@ -59,49 +59,10 @@ impl Arguments {
     fn test(&self) -> String {
         let arena = self.arena.as_deref().unwrap_or(self.task.arena());
         match self.task {
-            TaskChoice::Target => format!("--arena {arena}"),
-            TaskChoice::Direction => format!("--arena {arena} --task direction"),
+            ArenaTask::Target => format!("--arena {arena}"),
+            ArenaTask::Direction => format!("--arena {arena} --task direction"),
         }
     }
-}
-
-/// What the robot is to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum TaskChoice {
-    /// Aim at a target, avoiding obstacles (III)
-    Target,
-    /// Follow a direction that changes at random, avoiding obstacles (IV)
-    Direction,
-}
-
-impl TaskChoice {
-    /// Trials to learn a task: 200 of at most 500 actions (III-B), or 10,000 actions in all, which
-    /// at one a second are the rover's 160 minutes (IV-B).
-    fn trials(self) -> u32 {
-        match self {
-            Self::Target => 200,
-            Self::Direction => 20,
-        }
-    }
-
-    /// The arena that a task is learned in unless another is named.
-    pub fn arena(self) -> &'static str {
-        match self {
-            Self::Target => "paper",
-            Self::Direction => "rover-5m",
-        }
-    }
-}
-
-/// Refuses a task that an arena does not hold.
-pub fn check_task(task: TaskChoice, name: &str, arenas: &ArenaSource) -> Result<(), Failure> {
-    let scenario = arenas.scenario(&mut generator(0, Stream::Testing));
-    if task == TaskChoice::Target && scenario.goal.is_none() {
-        return Err(Failure::Usage(format!(
-            "arena {name} has no target; add --task direction, or name an arena that has one"
-        )));
-    }
-    Ok(())
 }
 
 /// What the command prints for machines.
@@ -130,15 +91,15 @@ struct SessionOutcome {
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let name = arguments.arena.as_deref().unwrap_or(arguments.task.arena());
-    let arenas = arena_file::load(name)?;
-    check_task(arguments.task, name, &arenas)?;
+    let arenas = rover_log::arena_file::load(name)?;
+    arguments.task.check(name, &arenas)?;
     let parameters = read_parameters(arguments.parameters.as_deref(), preset(arenas.robot()))?;
     let coefficients = Coefficients::new(&parameters)?;
     let plan = SessionPlan {
         seed: arguments.seed,
         trials: arguments.trials.unwrap_or(arguments.task.trials()),
         steps: arguments.steps,
-        follow_direction: arguments.task == TaskChoice::Direction,
+        follow_direction: arguments.task == ArenaTask::Direction,
         arenas,
     };
     writable_folder(&arguments.out)?;
@@ -152,10 +113,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let exam = plan.exam(arguments.test_arenas);
     rover_figure::of_sessions(&learned, &plan, &exam, &coefficients).write(&arguments.out)?;
     let outcome = outcome(arguments, &sessions);
-    if arguments.json {
-        return print_json(&outcome);
-    }
-    print(&text(arguments, &outcome, &sessions))
+    answer(
+        arguments.json,
+        &outcome,
+        text(arguments, &outcome, &sessions),
+    )
 }
 
 /// One session with its log, its knowledge file and its test.
@@ -254,7 +216,7 @@ fn text(
     match (outcome.sessions.as_slice(), sessions) {
         ([only], [(learned, _, path)]) => {
             let mut text =
-                results::learning_curve(&learned.trials, arguments.task == TaskChoice::Direction);
+                results::learning_curve(&learned.trials, arguments.task == ArenaTask::Direction);
             text += &format!(
                 "\nLearned {} patterns in {} actions. The ones used most:\n\n",
                 only.patterns, only.actions

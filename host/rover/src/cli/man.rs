@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::CommandFactory;
 use clap_mangen::Man;
 
-use super::{Failure, print};
+use super::output::{Failure, print};
 use rover_log::files::{writable_folder, write_whole};
 
 #[derive(Debug, clap::Args)]
@@ -17,9 +16,10 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut rover = super::Arguments::command().disable_help_subcommand(true);
-    // Gives every command its full name, as in rover-knowledge-pull.
+/// Prints or writes the pages of the whole command line, `program`.
+pub fn run(arguments: &Arguments, program: clap::Command) -> Result<(), Failure> {
+    let mut rover = program.disable_help_subcommand(true);
+    // Sets every command its full name, as in rover-knowledge-pull.
     rover.build();
     let Some(folder) = &arguments.out else {
         return print(&String::from_utf8(page(&rover)?.1)?);

@@ -1,7 +1,21 @@
 //! The command line of `rover`: one file a subcommand.
 //!
+//! To add a command:
+//! 1. a file with `pub struct Arguments`, which derives `clap::Args` and whose doc comments are the
+//!    help, and `pub fn run(arguments: &Arguments) -> Result<(), Failure>`;
+//! 2. a `mod` line below;
+//! 3. a line in `commands!`: its help in one sentence, its name, its arguments, its function.
+//!
+//! | file | holds what commands share |
+//! |---|---|
+//! | `output`, `input`, `parse` | failures and printing; files that are read; values with units |
+//! | `port`, `emulated`, `pseudo_terminal` | which rover is meant, a real or an emulated one |
+//! | `steering`, `watch`, `interrupt` | setting a rover to work, watching it, Ctrl-C |
+//! | `simulated` | tasks of rovers in simulated arenas |
+//!
 //! Results go to stdout, progress and explanations to stderr. Exit status: 0 done, 1 failed,
-//! 2 wrong usage.
+//! 2 wrong usage. With `--json` a result is one JSON value. Values of the wire's contract have
+//! there the names that logs have (`"Disarmed"`), and in text those of [`rover_link::names`].
 
 mod arm;
 mod calibrate;
@@ -11,12 +25,14 @@ mod drive;
 mod emulate;
 mod emulated;
 mod figures;
+mod input;
 mod interrupt;
 mod knowledge;
 mod learn;
 mod man;
 mod monitor;
-mod narrate;
+mod output;
+mod parse;
 mod perceive;
 mod port;
 mod ports;
@@ -24,16 +40,20 @@ mod ports;
 mod pseudo_terminal;
 mod record;
 mod replay;
+mod simulated;
 mod status;
 mod steering;
 mod task;
 mod test;
 mod uf2;
-mod values;
+mod watch;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+
+use output::Failure;
+use port::PortAndFormat;
 
 /// A rover that perceives by growing Turing patterns.
 #[derive(Debug, Parser)]
@@ -44,137 +64,69 @@ struct Arguments {
     command: Command,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
+macro_rules! commands {
+    ($($(#[$help:meta])* $name:ident($arguments:ty) => $run:path $(, $program:expr)?;)*) => {
+        #[derive(Debug, Subcommand)]
+        enum Command {
+            $($(#[$help])* $name($arguments),)*
+        }
+
+        fn run(command: &Command) -> Result<(), Failure> {
+            match command {
+                $(Command::$name(arguments) => $run(arguments $(, $program)?),)*
+            }
+        }
+    };
+}
+
+commands! {
     /// Learn in simulation, from nothing
-    Learn(learn::Arguments),
+    Learn(learn::Arguments) => learn::run;
     /// Test what was learned in arenas never met before
-    Test(test::Arguments),
+    Test(test::Arguments) => test::run;
     /// Grow a pattern from the four corner values, or one for each line of a table
-    Perceive(perceive::Arguments),
+    Perceive(perceive::Arguments) => perceive::run;
     /// Run logged samples through the core once more
-    Replay(replay::Arguments),
+    Replay(replay::Arguments) => replay::run;
     /// Boot the firmware on an emulated board and let it drive through an arena
-    Emulate(emulate::Arguments),
+    Emulate(emulate::Arguments) => emulate::run;
     /// Draw the paper's figures from logs, and a report with all of them
-    Figures(figures::Arguments),
+    Figures(figures::Arguments) => figures::run;
     /// Watch and steer a rover, or watch a log
-    Monitor(monitor::Arguments),
+    Monitor(monitor::Arguments) => monitor::run;
     /// Turn the linked firmware into a file for the board's USB drive
-    Uf2(uf2::Arguments),
+    Uf2(uf2::Arguments) => uf2::run;
     /// List the rovers that are connected
-    Ports(ports::Arguments),
-    /// Show a rover's state and what its sensors say
-    Status(status::Arguments),
+    Ports(ports::Arguments) => ports::run;
+    /// Show a rover's state and its sensors' readings
+    Status(PortAndFormat) => status::run;
     /// Allow a rover's motors to run
-    Arm(arm::Arguments),
+    Arm(PortAndFormat) => arm::run;
     /// Stop a rover's motors and forbid them; acknowledges a fault
-    Disarm(disarm::Arguments),
-    /// Choose what a rover is to do, and let it
-    Task(task::Arguments),
+    Disarm(PortAndFormat) => disarm::run;
+    /// Choose a rover's task, and let it drive
+    Task(task::Arguments) => task::run;
     /// Have a rover make one move
-    Drive(drive::Arguments),
-    /// Record all that a rover says to a log
-    Record(record::Arguments),
-    /// Show, copy, give or compare what a rover knows
-    Knowledge(knowledge::Arguments),
-    /// Tell a rover what you measured of it
-    Calibrate(calibrate::Arguments),
+    Drive(drive::Arguments) => drive::run;
+    /// Record all reports of a rover to a log
+    Record(record::Arguments) => record::run;
+    /// Show, copy, send or compare a rover's knowledge
+    Knowledge(knowledge::Arguments) => knowledge::run;
+    /// Set what you measured of a rover: compass, speed, range sensors
+    Calibrate(calibrate::Arguments) => calibrate::run;
     /// Print a script by which a shell completes commands
-    Completions(completions::Arguments),
+    Completions(completions::Arguments) => completions::run, Arguments::command();
     /// Print a manual page, or write one for every command
-    Man(man::Arguments),
-}
-
-/// Why a command did not do what it was asked to.
-#[derive(Debug)]
-pub enum Failure {
-    /// What was asked cannot be asked: exit status 2.
-    Usage(String),
-    /// It could not be done: exit status 1.
-    Failed(String),
-}
-
-impl<E: std::error::Error> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Self::Failed(error.to_string())
-    }
+    Man(man::Arguments) => man::run, Arguments::command();
 }
 
 /// Runs the command that the process was started with.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
-    let done = match arguments.command {
-        Command::Learn(arguments) => learn::run(&arguments),
-        Command::Test(arguments) => test::run(&arguments),
-        Command::Perceive(arguments) => perceive::run(&arguments),
-        Command::Replay(arguments) => replay::run(&arguments),
-        Command::Emulate(arguments) => emulate::run(&arguments),
-        Command::Figures(arguments) => figures::run(&arguments),
-        Command::Monitor(arguments) => monitor::run(&arguments),
-        Command::Uf2(arguments) => uf2::run(&arguments),
-        Command::Ports(arguments) => ports::run(&arguments),
-        Command::Status(arguments) => status::run(&arguments),
-        Command::Arm(arguments) => arm::run(&arguments),
-        Command::Disarm(arguments) => disarm::run(&arguments),
-        Command::Task(arguments) => task::run(&arguments),
-        Command::Drive(arguments) => drive::run(&arguments),
-        Command::Record(arguments) => record::run(&arguments),
-        Command::Knowledge(arguments) => knowledge::run(&arguments),
-        Command::Calibrate(arguments) => calibrate::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments),
-        Command::Man(arguments) => man::run(&arguments),
+    let (message, status) = match run(&Arguments::parse().command) {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Failed(message)) => (message, 1),
+        Err(Failure::Usage(message)) => (message, 2),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Failed(message)) => {
-            eprintln!("rover: {message}");
-            ExitCode::from(1)
-        }
-        Err(Failure::Usage(message)) => {
-            eprintln!("rover: {message}");
-            ExitCode::from(2)
-        }
-    }
-}
-
-/// Writes results to stdout. A reader that has seen enough (`rover ... | head`) is no failure.
-fn print(text: &str) -> Result<(), Failure> {
-    use std::io::Write;
-    match std::io::stdout().lock().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(()),
-    }
-}
-
-/// Writes a result for machines to stdout.
-fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
-    let mut text = serde_json::to_string_pretty(value)?;
-    text.push('\n');
-    print(&text)
-}
-
-/// An estimate as text, or a dash.
-fn shown(estimate: Option<rover_simulator::experiment::Estimate>, digits: usize) -> String {
-    estimate.map_or("-".into(), |e| {
-        format!(
-            "{:.digits$} [{:.digits$}, {:.digits$}]",
-            e.value, e.low, e.high
-        )
-    })
-}
-
-/// Reads a file of parameters; what it leaves out is as in `preset`.
-fn read_parameters(
-    path: Option<&std::path::Path>,
-    preset: rover_shared::parameters::Parameters,
-) -> Result<rover_shared::parameters::Parameters, Failure> {
-    let Some(path) = path else {
-        return Ok(preset);
-    };
-    let fail =
-        |what: &dyn std::fmt::Display| Failure::Failed(format!("{}: {what}", path.display()));
-    let text =
-        std::fs::read_to_string(path).map_err(|error| fail(&format!("cannot be read: {error}")))?;
-    rover_simulator::parameters::overlay(preset, &text).map_err(|error| fail(&error))
+    eprintln!("rover: {message}");
+    ExitCode::from(status)
 }

@@ -7,16 +7,18 @@ use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::Failure;
+use super::input::{listed, read_all};
 use super::interrupt::Interrupt;
+use super::output::Failure;
 use super::port::PortArguments;
-use crate::monitor::Source;
-use crate::monitor::live::Live;
+use crate::monitor::Feed;
 use crate::monitor::plain::Plain;
-use crate::monitor::recording::Recording;
+use crate::monitor::player::Player;
+use crate::monitor::rover_feed::RoverFeed;
 use crate::monitor::terminal::{Input, Keyboard, Lines, Pacer, show, tell};
 use crate::monitor::view::Look;
-use rover_log::{self, Log};
+use rover_log::Log;
+use rover_log::recording::Recording;
 
 /// Lines typed ahead that are kept.
 const TYPED_AHEAD: usize = 16;
@@ -34,7 +36,7 @@ pub struct Arguments {
     /// Lines of JSON for programs: one object for everything that happens
     #[arg(long, conflicts_with = "plain")]
     json: bool,
-    /// With --plain: tell of at most one action in so many seconds
+    /// With --plain: show at most one action in this many seconds
     #[arg(long, value_name = "SECONDS", default_value = "2")]
     every: f64,
     /// Draw with ASCII characters only
@@ -49,13 +51,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.every
         )));
     };
-    let mut source = open(arguments)?;
-    let source = &mut *source;
+    let mut feed = open(arguments)?;
+    let feed = &mut *feed;
     if arguments.json {
-        return run_lines(source, Lines::Json);
+        return run_lines(feed, Lines::Json);
     }
     if arguments.plain || !std::io::stdout().is_terminal() || is_dumb() {
-        return run_lines(source, Lines::Plain(Plain::new(every)));
+        return run_lines(feed, Lines::Plain(Plain::new(every)));
     }
     let look = Look {
         colour: !is_set("NO_COLOR"),
@@ -69,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         ))
     })?;
     let keyboard = Keyboard::listen();
-    let mut pacer = Pacer::new(source.now());
+    let mut pacer = Pacer::new(feed.now());
     let ctrl_c = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
     let mut keys = |now| {
         pacer.wait(now);
@@ -78,50 +80,41 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             false => keyboard.next_key(),
         }
     };
-    let shown = show(&mut terminal, source, &mut keys, look);
+    let shown = show(&mut terminal, feed, &mut keys, look);
     ratatui::restore();
     Ok(shown?)
 }
 
-fn open(arguments: &Arguments) -> Result<Box<dyn Source>, Failure> {
+fn open(arguments: &Arguments) -> Result<Box<dyn Feed>, Failure> {
     match &arguments.files[..] {
-        [] => Ok(Box::new(Live::new(arguments.port.connect()?))),
+        [] => Ok(Box::new(RoverFeed::new(arguments.port.connect()?))),
         files => Ok(Box::new(open_log(files)?)),
     }
 }
 
-fn open_log(paths: &[PathBuf]) -> Result<Recording, Failure> {
-    let names: Vec<_> = paths
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
-    let name = names.join(", ");
-    let fail = |error: &dyn std::fmt::Display| Failure::Failed(format!("{name}: {error}"));
-    let mut files = Vec::new();
-    for path in paths {
-        let read = std::fs::read(path);
-        files.push(read.map_err(|error| fail(&format!("cannot be read: {error}")))?);
-    }
+fn open_log(paths: &[PathBuf]) -> Result<Player, Failure> {
+    let name = listed(paths, ", ");
+    let fail = |error: &dyn std::fmt::Display| Failure::of(&name, error);
+    let files = read_all(paths)?;
     // The folder matters less on the screen than how far the showing is.
     let title = paths[0].file_name().unwrap_or_default().to_string_lossy();
     match &files[..] {
-        [file] if !rover_log::recording::Recording::is_one(file) => {
+        [file] if !Recording::is_one(file) => {
             let log = Log::read(file).map_err(|error| fail(&error))?;
-            Ok(Recording::of_simulation(title.into(), log))
+            Ok(Player::of_simulation(title.into(), log))
         }
         files => {
-            let recorded =
-                rover_log::recording::Recording::read(files).map_err(|error| fail(&error))?;
-            Ok(Recording::of_rover(title.into(), recorded))
+            let recorded = Recording::read(files).map_err(|error| fail(&error))?;
+            Ok(Player::of_rover(title.into(), recorded))
         }
     }
 }
 
-fn run_lines(source: &mut dyn Source, made: Lines) -> Result<(), Failure> {
+fn run_lines(feed: &mut dyn Feed, made: Lines) -> Result<(), Failure> {
     let (interrupt, mut interrupted) = (Interrupt::listen()?, false);
     let typed_ahead = typed_lines();
-    let mut pacer = Pacer::new(source.now());
-    let waits = !source.is_log();
+    let mut pacer = Pacer::new(feed.now());
+    let waits = !feed.is_log();
     let mut typed = |now| {
         if waits {
             pacer.wait(now);
@@ -135,7 +128,7 @@ fn run_lines(source: &mut dyn Source, made: Lines) -> Result<(), Failure> {
     let mut write = |line: &str| {
         match writeln!(std::io::stdout().lock(), "{line}") {
             Ok(()) => true,
-            // A reader that has seen enough is no failure, but nobody watches any more.
+            // A closed pipe is no failure, but ends the watching.
             Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => false,
             Err(error) => {
                 failure = Some(Failure::from(error));
@@ -143,7 +136,7 @@ fn run_lines(source: &mut dyn Source, made: Lines) -> Result<(), Failure> {
             }
         }
     };
-    tell(source, made, &mut typed, &mut write)?;
+    tell(feed, made, &mut typed, &mut write)?;
     failure.map_or(Ok(()), Err)
 }
 

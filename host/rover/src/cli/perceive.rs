@@ -6,9 +6,10 @@ use rayon::prelude::*;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::perception::{Corners, Noise};
 use rover_shared::random::Generator;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::{Failure, print, print_json, read_parameters};
+use super::input::read_parameters;
+use super::output::{Failure, print, print_json};
 use rover_log::results::{drawing, time_units};
 use rover_simulator::reference::Reference;
 
@@ -103,68 +104,6 @@ fn single(arguments: &Arguments, corners: &[f64], c: &Coefficients) -> Result<()
     ))
 }
 
-/// A line of the table.
-#[derive(Debug, Deserialize)]
-struct Line {
-    f: f64,
-    l: f64,
-    r: f64,
-    t: f64,
-    n0: f64,
-    n1: f64,
-    n2: f64,
-    n3: f64,
-    n4: f64,
-    n5: f64,
-    n6: f64,
-    n7: f64,
-    n8: f64,
-    n9: f64,
-    n10: f64,
-    n11: f64,
-    n12: f64,
-    n13: f64,
-    n14: f64,
-    n15: f64,
-}
-
-impl Line {
-    fn start(&self) -> Start {
-        let Self {
-            f,
-            l,
-            r,
-            t,
-            n0,
-            n1,
-            n2,
-            n3,
-            n4,
-            n5,
-            n6,
-            n7,
-            n8,
-            n9,
-            ..
-        } = *self;
-        let Self {
-            n10,
-            n11,
-            n12,
-            n13,
-            n14,
-            n15,
-            ..
-        } = *self;
-        Start {
-            corners: [f, l, r, t],
-            noise: [
-                n0, n1, n2, n3, n4, n5, n6, n7, n8, n9, n10, n11, n12, n13, n14, n15,
-            ],
-        }
-    }
-}
-
 fn table(arguments: &Arguments, path: &Path, c: &Coefficients) -> Result<(), Failure> {
     let (header, starts) = read(path)?;
     let grown: Vec<Grown> = starts
@@ -190,8 +129,7 @@ fn table(arguments: &Arguments, path: &Path, c: &Coefficients) -> Result<(), Fai
 type Inputs = (csv::StringRecord, Vec<(csv::StringRecord, Start)>);
 
 fn read(path: &Path) -> Result<Inputs, Failure> {
-    let name = path.display();
-    let fail = |what: String| Failure::Failed(format!("{name}: {what}"));
+    let fail = |what: String| Failure::of(path.display(), what);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_path(path)
@@ -201,9 +139,12 @@ fn read(path: &Path) -> Result<Inputs, Failure> {
         .map_err(|error| fail(format!("line 1: {error}")))?
         .clone();
     let names = ["f", "l", "r", "t"].map(String::from).into_iter();
+    let names: Vec<_> = names.chain((0..16).map(|i| format!("n{i}"))).collect();
+    let place = |name: &String| header.iter().position(|column| column == name);
     let missing: Vec<_> = names
-        .chain((0..16).map(|i| format!("n{i}")))
-        .filter(|name| !header.iter().any(|column| column == name))
+        .iter()
+        .filter(|name| place(name).is_none())
+        .cloned()
         .collect();
     if !missing.is_empty() {
         let missing = missing.join(", ");
@@ -211,14 +152,23 @@ fn read(path: &Path) -> Result<Inputs, Failure> {
             "line 1: column {missing} is missing, expected f,l,r,t,n0..n15"
         )));
     }
+    let places: Vec<usize> = names.iter().filter_map(place).collect();
     let mut starts = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| fail(error.to_string()))?;
         let line = record.position().map_or(0, csv::Position::line);
-        let parsed: Line = record
-            .deserialize(Some(&header))
-            .map_err(|error| fail(format!("line {line}: {error}, expected 20 numbers")))?;
-        let start = parsed.start();
+        let number = |i: usize| {
+            let text = record.get(places[i]).unwrap_or_default();
+            let wrong = |error| format!("line {line}: column {}: \"{text}\": {error}", names[i]);
+            text.parse::<f64>().map_err(|error| fail(wrong(error)))
+        };
+        let mut start = Start {
+            corners: [0.0; 4],
+            noise: [0.0; 16],
+        };
+        for (i, value) in start.corners.iter_mut().chain(&mut start.noise).enumerate() {
+            *value = number(i)?;
+        }
         check(&start).map_err(|problem| fail(format!("line {line}: {problem}")))?;
         starts.push((record, start));
     }
@@ -236,25 +186,20 @@ const LARGEST_NOISE: f64 = Noise::MAX as f64 / NOISE_ONE;
 
 fn check(start: &Start) -> Result<(), String> {
     let largest = f64::from(Corners::MAX) / CORNER_ONE;
-    if let Some(bad) = start
-        .corners
+    within("corner", &start.corners, largest)?;
+    within("noise", &start.noise, LARGEST_NOISE)
+}
+
+fn within(what: &str, values: &[f64], largest: f64) -> Result<(), String> {
+    match values
         .iter()
-        .find(|c| c.is_nan() || c.abs() > largest)
+        .find(|value| value.is_nan() || value.abs() > largest)
     {
-        return Err(format!(
-            "corner {bad}, expected a number from -{largest} to {largest}"
-        ));
+        Some(bad) => Err(format!(
+            "{what} {bad}, expected a number from -{largest} to {largest}"
+        )),
+        None => Ok(()),
     }
-    if let Some(bad) = start
-        .noise
-        .iter()
-        .find(|n| n.is_nan() || n.abs() > LARGEST_NOISE)
-    {
-        return Err(format!(
-            "noise {bad}, expected a number from -{LARGEST_NOISE} to {LARGEST_NOISE}"
-        ));
-    }
-    Ok(())
 }
 
 fn grow(engine: Engine, start: &Start, c: &Coefficients) -> Grown {
@@ -262,15 +207,10 @@ fn grow(engine: Engine, start: &Start, c: &Coefficients) -> Grown {
         Engine::Fixed => {
             let corners = Corners(start.corners.map(|x| (x * CORNER_ONE).round() as i32));
             let noise = Noise(start.noise.map(|x| (x * NOISE_ONE).round() as i32));
-            match c.lattice.settle(&corners, &noise) {
-                Ok(settled) => Grown {
-                    code: Some(settled.code.0),
-                    settle_time: Some(time_units(settled.time)),
-                },
-                Err(_) => Grown {
-                    code: None,
-                    settle_time: None,
-                },
+            let settled = c.lattice.settle(&corners, &noise).ok();
+            Grown {
+                code: settled.as_ref().map(|settled| settled.code.0),
+                settle_time: settled.map(|settled| time_units(settled.time)),
             }
         }
         Engine::Reference => {

@@ -1,22 +1,25 @@
 //! Which rover is meant, for all commands that talk to one.
 
 use std::cell::RefCell;
+use std::fmt::Display;
 use std::path::Path;
 use std::rc::Rc;
 
-use super::Failure;
+use serde::Serialize;
+
 use super::emulated::{self, FIRMWARE, SETTLING, read_firmware, rover_in};
+use super::output::{self, Failure};
 use rover_emulator::EmulatedPort;
 use rover_link::serial::SerialPort;
 use rover_link::{Client, Port};
 use rover_log::recorder::Truth;
 
-/// What is known of an emulated rover beside what it says itself; `None` for a real one.
-type Surroundings = Option<Box<dyn Truth>>;
+/// What an emulation knows beside the rover's own reports; `None` for a real rover.
+pub type Surroundings = Option<Box<dyn Truth>>;
 
 #[derive(Debug, clap::Args)]
 pub struct PortArguments {
-    /// Which rover, if it is not to be found by itself: its serial number, or any serial port or
+    /// Which rover [default: the only one connected]: its serial number, or any serial port or
     /// pseudo-terminal
     #[arg(long, value_name = "PATH|NUMBER")]
     port: Option<String>,
@@ -26,7 +29,7 @@ pub struct PortArguments {
     emulate: Option<String>,
 }
 
-/// Which rover, and how to print what it says: what the subcommands of one command share.
+/// Which rover, and how to print the result.
 #[derive(Debug, clap::Args)]
 pub struct PortAndFormat {
     #[command(flatten)]
@@ -34,6 +37,13 @@ pub struct PortAndFormat {
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
+}
+
+impl PortAndFormat {
+    /// Prints a result.
+    pub fn answer(&self, value: &impl Serialize, lines: impl Display) -> Result<(), Failure> {
+        output::answer(self.json, value, lines)
+    }
 }
 
 impl PortArguments {
@@ -56,12 +66,12 @@ impl PortArguments {
         Ok((Box::new(port), None))
     }
 
-    /// The rover there, introduced.
+    /// A client that has exchanged hellos with the rover.
     pub fn connect(&self) -> Result<Client, Failure> {
         Ok(self.connect_with_truth()?.0)
     }
 
-    /// The rover there, introduced, and of an emulated one what its surroundings know.
+    /// The same, and for an emulated rover what its surroundings know.
     pub fn connect_with_truth(&self) -> Result<(Client, Surroundings), Failure> {
         let (port, truth) = self.open_with_truth()?;
         let mut client = Client::open(port)?;

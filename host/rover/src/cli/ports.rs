@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Failure, print, print_json};
+use super::output::{Failure, answer};
 use rover_link::discovery;
 
 #[derive(Debug, clap::Args)]
@@ -18,10 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut found = discovery::ports()?;
     found.retain(|port| arguments.all || port.rover);
-    if arguments.json {
-        return print_json(&found);
-    }
-    if found.is_empty() {
+    if found.is_empty() && !arguments.json {
         eprintln!(
             "rover: no {} found: connect the rover by USB, or try `rover emulate`",
             if arguments.all {
@@ -40,5 +37,5 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let name = name.unwrap_or("-");
         let _ = writeln!(text, "{:<20} {mark:<6} {number:<18} {name}", port.path);
     }
-    print(&text)
+    answer(arguments.json, &found, text)
 }

@@ -1,4 +1,4 @@
-//! A pseudo-terminal at which an emulated rover can be found, as if it were on a serial port.
+//! A pseudo-terminal that serves an emulated rover as a serial port does a real one.
 
 use std::io::{self, ErrorKind, Read as _, Write as _};
 use std::time::Duration;
@@ -7,8 +7,8 @@ use serialport::{SerialPort as _, TTYPort};
 
 use rover_emulator::Emulation;
 
-/// How long a host that has the port open may take no bytes. Then they are lost, as on a cable whose
-/// host is too slow; the gaps of the frames' numbers tell.
+/// How long a host that has the port open may read nothing. Then bytes are lost, as on a cable with
+/// a slow host, and the frames' numbers have gaps.
 const PATIENCE: Duration = Duration::from_millis(20);
 /// Bytes carried at a time.
 const CHUNK: usize = 4_096;
@@ -22,10 +22,10 @@ pub struct PseudoTerminal {
 }
 
 impl PseudoTerminal {
-    /// A new one, which nobody has open.
+    /// A new one, not open yet.
     ///
     /// # Errors
-    /// The system gives none.
+    /// The system has none.
     pub fn new() -> io::Result<Self> {
         let (mut port, other) = TTYPort::pair()?;
         port.set_timeout(PATIENCE)?;
@@ -42,13 +42,13 @@ impl PseudoTerminal {
         &self.path
     }
 
-    /// Carries what has come, both ways.
+    /// Carries waiting bytes both ways.
     pub fn carry(&mut self, rover: &mut Emulation) {
-        self.hear(rover);
-        self.say(rover);
+        self.feed(rover);
+        self.drain(rover);
     }
 
-    fn hear(&mut self, rover: &mut Emulation) {
+    fn feed(&mut self, rover: &mut Emulation) {
         let mut buffer = [0; CHUNK];
         match self.read(&mut buffer) {
             Ok(length) => {
@@ -79,14 +79,14 @@ impl PseudoTerminal {
         }
     }
 
-    fn say(&mut self, rover: &mut Emulation) {
+    fn drain(&mut self, rover: &mut Emulation) {
         let mut buffer = [0; CHUNK];
         loop {
             let length = rover.receive(&mut buffer);
             if length == 0 || !self.open {
                 return;
             }
-            // What is not taken in time is lost.
+            // What is not read in time is lost.
             if self.port.write_all(&buffer[..length]).is_err() {
                 return;
             }

@@ -3,22 +3,18 @@
 use std::path::PathBuf;
 
 use indicatif::ProgressBar;
+use rover_log::recording::Written;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::Report;
 use serde::Serialize;
 
+use super::input::listed;
 use super::interrupt::Interrupt;
-use super::port::PortArguments;
-use super::steering::{self, Drive, Ended, ModeChoice, PATIENCE, Steering};
-use super::task::TaskChoice;
-use super::{Failure, narrate, print, print_json, values};
-use rover_link::LinkError;
-use rover_log::recorder::{RecordError, Recorder};
-use rover_log::recording::{RecordingWriter, Written};
-
-/// How often interrupts are looked at.
-const SLICE: Duration = Duration::from_millis(100);
+use super::output::Failure;
+use super::parse;
+use super::port::PortAndFormat;
+use super::steering::{self, Drive, DriveMode, RoverTask, Steering};
+use super::watch::{Rover, Watch};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -27,19 +23,19 @@ const SLICE: Duration = Duration::from_millis(100);
   rover replay rover-1.mcap --verify                      the recording through the core again")]
 pub struct Arguments {
     /// Where to write it; never over another file [default: rover-1.mcap, or the next number]
-    #[arg(long, value_name = "FILE.mcap", value_parser = values::log_path)]
+    #[arg(long, value_name = "FILE.mcap", value_parser = parse::log_path)]
     out: Option<PathBuf>,
     /// Begin another file, FILE-2.mcap and so on, when one has this size
-    #[arg(long, value_name = "SIZE", value_parser = values::size)]
+    #[arg(long, value_name = "SIZE", value_parser = parse::size)]
     rotate: Option<u64>,
     /// End after this time
-    #[arg(long = "for", value_name = "TIME", value_parser = values::duration)]
+    #[arg(long = "for", value_name = "TIME", value_parser = parse::duration)]
     span: Option<Duration>,
     /// Choose the task first
     #[arg(long, value_enum)]
-    task: Option<TaskChoice>,
+    task: Option<RoverTask>,
     /// Choose the direction to follow first, in degrees clockwise as compasses have it
-    #[arg(long, value_name = "DEG", value_parser = values::compass, allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG", value_parser = parse::compass, allow_hyphen_values = true)]
     direction: Option<Microdegrees>,
     /// Choose the seed of the session first
     #[arg(long)]
@@ -49,12 +45,9 @@ pub struct Arguments {
     arm: bool,
     /// Let the controller drive, and disarm in the end
     #[arg(long, value_enum)]
-    mode: Option<ModeChoice>,
+    mode: Option<DriveMode>,
     #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
+    common: PortAndFormat,
 }
 
 #[derive(Serialize)]
@@ -65,126 +58,67 @@ struct Answer {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (client, truth) = arguments.port.connect_with_truth()?;
-    let path = arguments.out.clone().unwrap_or_else(free_name);
-    let writer = concat!("rover ", env!("CARGO_PKG_VERSION"));
-    let log = RecordingWriter::create(&path, arguments.rotate, writer, client.epoch())?;
+    let (client, surroundings) = arguments.common.port.connect_with_truth()?;
     let interrupt = Interrupt::listen()?;
+    let path = arguments.out.clone().unwrap_or_else(free_name);
+    let mut rover = Rover::recorded(client, surroundings, &path, arguments.rotate)?;
+    // Whether the rover is this program's to stop.
+    let steers = arguments.arm || arguments.mode.is_some();
+    let disarms = if steers { " and disarms" } else { "" };
     eprintln!(
-        "rover: recording to {}; Ctrl-C ends it{}",
-        path.display(),
-        if arguments.steers() {
-            " and disarms"
-        } else {
-            ""
-        }
+        "rover: recording to {}; Ctrl-C ends it{disarms}",
+        path.display()
     );
-    let mut recorder = Recorder::begin(client, truth, log)?;
     let steering = Steering {
-        task: arguments.task.map(TaskChoice::task),
+        task: arguments.task,
         direction: arguments.direction,
         seed: arguments.seed,
         arm: arguments.arm,
         mode: arguments.mode,
     };
-    let begun = steering.begin(recorder.client());
+    let begun = steering.begin(rover.client());
     let nothing_done = begun.is_err();
-    let mut heard = match begun {
-        Ok(()) => record(&mut recorder, &interrupt, arguments.span),
-        Err(error) => Err(error.into()),
+    let bar = ProgressBar::new_spinner();
+    let watch = Watch {
+        interrupt: &interrupt,
+        span: arguments.span,
+        until_stopped: false,
+        bar: &bar,
     };
+    let mut drive = Drive::default();
+    let watched = begun.map_err(Failure::from).and_then(|()| {
+        watch.run(&mut rover, &mut drive, |drive, _| {
+            bar.set_message(drive.line());
+            bar.tick();
+            Ok(true)
+        })
+    });
+    bar.finish_and_clear();
     // Disarmed first, whatever happened; then the file.
-    let stopped = if arguments.steers() {
-        steering::stop(recorder.client())
+    let stopped = if steers {
+        steering::stop(rover.client())
     } else {
         Ok(())
     };
-    let written = recorder.finish(|received| {
-        if let Ok(drive) = &mut heard {
-            drive.hear(received);
-            drive.lost_frames += u64::from(received.lost);
-        }
-    });
-    // A rover that may still drive is told of before anything else.
+    let written = rover.finish(&mut drive);
+    // A rover that may still drive is reported before anything else.
     stopped?;
     if nothing_done {
         // A recording of a refusal is of no use, and would be in the way of the next try.
-        for file in written.iter().flat_map(|written| &written.files) {
+        for file in written.iter().flatten().flat_map(|written| &written.files) {
             let _ = std::fs::remove_file(file);
         }
     }
-    let (drive, written) = (heard?, written?);
-    tell(arguments, &Answer { written, drive })
-}
-
-impl Arguments {
-    fn steers(&self) -> bool {
-        self.arm || self.mode.is_some()
+    watched?;
+    let Some(written) = written? else {
+        return Ok(());
+    };
+    let (files, messages) = (listed(&written.files, " "), written.messages);
+    let text = format!("{}\n{messages} messages in {files}", drive.line());
+    arguments.common.answer(&Answer { written, drive }, text)?;
+    if !arguments.common.json {
+        eprintln!("rover: next:  rover replay {files} --verify");
     }
-}
-
-fn record(
-    recorder: &mut Recorder,
-    interrupt: &Interrupt,
-    span: Option<Duration>,
-) -> Result<Drive, Failure> {
-    let until = span.map(|span| recorder.client().now().after(span));
-    let lost = recorder.client().counters().lost;
-    let bar = ProgressBar::new_spinner();
-    let mut drive = Drive::default();
-    drive.ended = Some(loop {
-        if interrupt.is_set() {
-            break Ended::Interrupted;
-        }
-        if until.is_some_and(|until| recorder.client().now() >= until) {
-            break Ended::Time;
-        }
-        match recorder.next(SLICE) {
-            Ok(Some(received)) => {
-                drive.hear(&received);
-                if let Some(line) = narrate::line(&received.report) {
-                    bar.suspend(|| eprintln!("rover: {line}"));
-                }
-                if let Report::Action(_) = received.report {
-                    drive.lost_frames = recorder.client().counters().lost - lost;
-                    bar.set_message(drive.line());
-                    bar.tick();
-                }
-            }
-            Ok(None) => {}
-            Err(RecordError::Link(error @ LinkError::Port(_))) => {
-                bar.suspend(|| eprintln!("rover: {error}; waiting for it"));
-                match recorder.reconnect(&error, PATIENCE, &|| interrupt.is_set()) {
-                    Ok(()) => bar.suspend(|| eprintln!("rover: connected again")),
-                    Err(_) if interrupt.is_set() => break Ended::Interrupted,
-                    Err(error) => return Err(error.into()),
-                }
-            }
-            Err(error) => return Err(error.into()),
-        }
-    });
-    bar.finish_and_clear();
-    drive.lost_frames = recorder.client().counters().lost - lost;
-    Ok(drive)
-}
-
-fn tell(arguments: &Arguments, answer: &Answer) -> Result<(), Failure> {
-    if arguments.json {
-        return print_json(answer);
-    }
-    let files: Vec<_> = answer
-        .written
-        .files
-        .iter()
-        .map(|file| file.display().to_string())
-        .collect();
-    print(&format!(
-        "{}\n{} messages in {}\n",
-        answer.drive.line(),
-        answer.written.messages,
-        files.join(" ")
-    ))?;
-    eprintln!("rover: next:  rover replay {} --verify", files.join(" "));
     Ok(())
 }
 

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use rover_shared::units::Microdegrees;
 
-use super::{Failure, print, print_json};
+use super::input::{listed, read_all};
+use super::output::{Failure, answer, print, print_json};
 use rover_log::files::write_whole;
 use rover_log::knowledge;
 use rover_log::recorded_drive::{DriveReport, drive};
@@ -72,18 +73,9 @@ fn run_log(arguments: &Arguments) -> Result<(), Failure> {
             "{name} is for CSV files; a log has its own"
         )));
     }
-    let names: Vec<_> = arguments
-        .files
-        .iter()
-        .map(|f| f.display().to_string())
-        .collect();
-    let name = names.join(", ");
-    let fail = |error: &dyn std::fmt::Display| Failure::Failed(format!("{name}: {error}"));
-    let mut files = Vec::new();
-    for file in &arguments.files {
-        let read = std::fs::read(file);
-        files.push(read.map_err(|error| fail(&format!("cannot be read: {error}")))?);
-    }
+    let name = listed(&arguments.files, ", ");
+    let fail = |error: &dyn std::fmt::Display| Failure::of(&name, error);
+    let files = read_all(&arguments.files)?;
     let log = Sessions::read(&files).map_err(|error| fail(&error))?;
     let replayed = replay::verify_sessions(&log).map_err(|error| fail(&error))?;
     if arguments.verify && replayed.steps == 0 && replayed.difference.is_none() {
@@ -168,10 +160,7 @@ fn run_drive(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
     if let Some(out) = &arguments.out {
         save(out, &report)?;
     }
-    if arguments.json {
-        return print_json(&report);
-    }
-    print(&report.to_string())
+    answer(arguments.json, &report, &report)
 }
 
 fn save(path: &Path, report: &DriveReport) -> Result<(), Failure> {

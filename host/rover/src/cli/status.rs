@@ -2,22 +2,13 @@
 
 use std::fmt::Write as _;
 
-use rover_shared::contract::Fault;
 use rover_shared::wire::message::{Hello, Status};
 use serde::Serialize;
 
-use super::port::PortArguments;
-use super::{Failure, narrate, print, print_json};
+use super::output::Failure;
+use super::port::PortAndFormat;
+use crate::lines;
 use rover_link::{names, text};
-
-#[derive(Debug, clap::Args)]
-pub struct Arguments {
-    #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
-}
 
 #[derive(Serialize)]
 struct Answer<'a> {
@@ -26,37 +17,35 @@ struct Answer<'a> {
     status: Status,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+pub fn run(arguments: &PortAndFormat) -> Result<(), Failure> {
     let mut client = arguments.port.connect()?;
     let status = client.status()?;
-    let hello = client.hello();
-    if arguments.json {
-        let port = client.port_name();
-        return print_json(&Answer {
-            port,
-            hello,
-            status,
-        });
-    }
-    print(&describe(client.port_name(), hello, &status))
+    let answer = Answer {
+        port: client.port_name(),
+        hello: client.hello(),
+        status,
+    };
+    arguments.answer(&answer, describe(&answer))
 }
 
-fn describe(port: &str, hello: &Hello, status: &Status) -> String {
+fn describe(answer: &Answer<'_>) -> String {
+    let Answer {
+        port,
+        hello,
+        status,
+    } = answer;
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<12} {value}");
     };
-    line("port", port.into());
-    line("rover", narrate::hello(hello));
+    line("port", (*port).into());
+    line("rover", lines::hello(hello));
     line(
         "running for",
         format!("{:.1} s", status.time.0 as f64 / 1e6),
     );
-    let motors = if status.motors_enabled { "on" } else { "off" };
-    line(
-        "state",
-        format!("{}, motors {motors}", names::state(status.state)),
-    );
+    let (state, motors) = (status.state, lines::motors(status.motors_enabled));
+    line("state", format!("{}, {motors}", names::state(state)));
     line("task", names::task(status.task).into());
     line("direction", text::compass(status.direction));
     line("actions", status.steps.to_string());
@@ -79,16 +68,16 @@ fn describe(port: &str, hello: &Hello, status: &Status) -> String {
             ),
         );
     }
-    let counted: Vec<_> = Fault::ALL
-        .into_iter()
-        .filter(|fault| status.counters.of(*fault) > 0)
-        .map(|fault| format!("{} {}", names::fault(fault), status.counters.of(fault)))
+    let faults: Vec<_> = lines::counted(&status.counters)
+        .map(|(fault, count)| format!("{} {count}", names::fault(fault)))
         .collect();
-    let faults = if counted.is_empty() {
-        "none".into()
-    } else {
-        counted.join(", ")
-    };
-    line("faults", faults);
+    line(
+        "faults",
+        if faults.is_empty() {
+            "none".into()
+        } else {
+            faults.join(", ")
+        },
+    );
     text
 }

@@ -1,25 +1,35 @@
-//! Setting a rover to work, watching it, and stopping it in the end.
+//! Setting a rover to work, and stopping it in the end.
 
-use std::collections::BTreeMap;
-
-use rover_shared::contract::{Mode, State, Task};
+use rover_link::{Client, LinkError, Received, names};
+use rover_shared::contract::{Mode, Outcome, State, Task};
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
-use rover_shared::wire::message::{Command, Event, EventKind, Report};
-use serde::Serialize;
+use rover_shared::wire::message::{Command, Report};
+use serde::{Serialize, Serializer};
 
-use super::interrupt::Interrupt;
-use super::{Failure, narrate};
-use rover_link::{Client, LinkError, Received};
+use super::output::Failure;
 
-/// How long a rover that was unplugged is waited for.
-pub const PATIENCE: Duration = Duration::from_millis(60_000);
-/// How often interrupts are looked at.
-const SLICE: Duration = Duration::from_millis(100);
-
-/// Which controller mode drives.
+/// The tasks of a rover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum ModeChoice {
+pub enum RoverTask {
+    /// Follow a direction
+    Follow,
+    /// Follow a direction that is redrawn at random
+    Wander,
+}
+
+impl From<RoverTask> for Task {
+    fn from(task: RoverTask) -> Self {
+        match task {
+            RoverTask::Follow => Self::FollowDirection,
+            RoverTask::Wander => Self::FollowChangingDirection,
+        }
+    }
+}
+
+/// How the controller drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum DriveMode {
     /// Try, and learn from the reward
     Learn,
     /// Act on what was learned, which stays as it is
@@ -29,33 +39,31 @@ pub enum ModeChoice {
 /// What a rover is set to.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Steering {
-    pub task: Option<Task>,
+    pub task: Option<RoverTask>,
     pub direction: Option<Microdegrees>,
     pub seed: Option<u64>,
     pub arm: bool,
-    pub mode: Option<ModeChoice>,
+    pub mode: Option<DriveMode>,
 }
 
 impl Steering {
-    /// Sets the rover to it.
+    /// Sends the commands.
     pub fn begin(&self, client: &mut Client) -> Result<(), LinkError> {
-        if let Some(task) = self.task {
-            client.ask(&Command::SetTask(task))?;
-        }
-        if let Some(direction) = self.direction {
-            client.ask(&Command::SetDirection(direction))?;
-        }
-        if let Some(seed) = self.seed {
-            client.ask(&Command::SetSeed(seed))?;
-        }
-        if self.arm {
-            client.ask(&Command::Arm)?;
-        }
-        match self.mode {
-            Some(ModeChoice::Learn) => client.ask(&Command::SetMode(Mode::Learn)),
-            Some(ModeChoice::Run) => client.ask(&Command::SetMode(Mode::Run)),
-            None => Ok(()),
-        }
+        let mode = self.mode.map(|mode| match mode {
+            DriveMode::Learn => Mode::Learn,
+            DriveMode::Run => Mode::Run,
+        });
+        let commands = [
+            self.task.map(|task| Command::SetTask(task.into())),
+            self.direction.map(Command::SetDirection),
+            self.seed.map(Command::SetSeed),
+            self.arm.then_some(Command::Arm),
+            mode.map(Command::SetMode),
+        ];
+        commands
+            .iter()
+            .flatten()
+            .try_for_each(|command| client.ask(command))
     }
 }
 
@@ -74,13 +82,14 @@ pub fn stop(client: &mut Client) -> Result<(), Failure> {
     })
 }
 
-/// What was heard of a drive.
+/// The reports of a drive, counted.
 #[derive(Debug, Default, Serialize)]
 pub struct Drive {
     /// Action cycles.
     pub actions: u64,
     /// How they ended.
-    pub outcomes: BTreeMap<String, u64>,
+    #[serde(serialize_with = "as_map")]
+    pub outcomes: Vec<(Outcome, u64)>,
     /// Frames that were lost on the way.
     pub lost_frames: u64,
     /// Why it ended.
@@ -91,7 +100,7 @@ pub struct Drive {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ended {
-    /// Somebody had enough.
+    /// The user interrupted it.
     Interrupted,
     /// Its time was over.
     Time,
@@ -100,74 +109,44 @@ pub enum Ended {
 }
 
 impl Drive {
-    /// Takes a report.
-    pub fn hear(&mut self, received: &Received) {
-        if let Report::Action(action) = &received.report {
-            self.actions += 1;
-            let outcome = format!("{:?}", action.outcome);
-            *self.outcomes.entry(outcome).or_default() += 1;
+    /// Counts a report.
+    pub fn add(&mut self, received: &Received) {
+        self.lost_frames += u64::from(received.lost);
+        let Report::Action(action) = &received.report else {
+            return;
+        };
+        self.actions += 1;
+        match self
+            .outcomes
+            .iter_mut()
+            .find(|(of, _)| *of == action.outcome)
+        {
+            Some((_, count)) => *count += 1,
+            None => self.outcomes.push((action.outcome, 1)),
         }
     }
 
     /// As one line for people.
     pub fn line(&self) -> String {
-        let outcomes: Vec<_> = self
-            .outcomes
-            .iter()
-            .map(|(outcome, count)| format!("{count} {outcome}"))
-            .collect();
+        let outcome = |(of, count): &(Outcome, u64)| format!("{count} {}", names::outcome(*of));
+        let outcomes: Vec<_> = self.outcomes.iter().map(outcome).collect();
         let lost = match self.lost_frames {
             0 => "no frame lost".into(),
             lost => format!("{lost} frames lost"),
         };
-        format!("{} actions ({}), {lost}", self.actions, outcomes.join(", "))
+        let ended = match self.ended {
+            Some(Ended::ByRover(state)) => format!("; then {}", names::state(state)),
+            Some(Ended::Interrupted) => "; then interrupted".into(),
+            Some(Ended::Time) | None => String::new(),
+        };
+        format!(
+            "{} actions ({}), {lost}{ended}",
+            self.actions,
+            outcomes.join(", ")
+        )
     }
 }
 
-/// Watches a rover until it is over: interrupted, out of time, or not driving any more. Connects
-/// again when the cable was pulled.
-pub fn watch(
-    client: &mut Client,
-    interrupt: &Interrupt,
-    span: Option<Duration>,
-) -> Result<Drive, Failure> {
-    let until = span.map(|span| client.now().after(span));
-    let lost = client.counters().lost;
-    let mut drive = Drive::default();
-    drive.ended = Some(loop {
-        if interrupt.is_set() {
-            break Ended::Interrupted;
-        }
-        if until.is_some_and(|until| client.now() >= until) {
-            break Ended::Time;
-        }
-        let received = match client.next(SLICE) {
-            Ok(Some(received)) => received,
-            Ok(None) => continue,
-            Err(LinkError::Port(error)) => {
-                eprintln!("rover: {error}; waiting for it");
-                client.reconnect(PATIENCE, &|| interrupt.is_set())?;
-                eprintln!("rover: connected again");
-                match client.status()?.state {
-                    State::Driving(_) => continue,
-                    state => break Ended::ByRover(state),
-                }
-            }
-            Err(error) => return Err(error.into()),
-        };
-        drive.hear(&received);
-        if let Some(line) = narrate::line(&received.report) {
-            eprintln!("rover: {line}");
-        }
-        if let Report::Event(Event {
-            kind: EventKind::State(state),
-            ..
-        }) = received.report
-            && !matches!(state, State::Driving(_) | State::Armed)
-        {
-            break Ended::ByRover(state);
-        }
-    });
-    drive.lost_frames = client.counters().lost - lost;
-    Ok(drive)
+fn as_map<S: Serializer>(outcomes: &[(Outcome, u64)], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(outcomes.iter().copied())
 }

@@ -1,14 +1,17 @@
 //! `rover task`
 
-use rover_shared::contract::{State, Task};
+use indicatif::ProgressBar;
+use rover_link::names;
+use rover_shared::contract::State;
 use rover_shared::time::Duration;
 use rover_shared::units::Microdegrees;
 
 use super::interrupt::Interrupt;
-use super::port::PortArguments;
-use super::steering::{self, Ended, ModeChoice, Steering};
-use super::{Failure, print, print_json, values};
-use rover_link::names;
+use super::output::Failure;
+use super::parse;
+use super::port::PortAndFormat;
+use super::steering::{self, Drive, DriveMode, Ended, RoverTask, Steering};
+use super::watch::{Rover, Watch};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Examples:
@@ -16,16 +19,16 @@ use rover_link::names;
   rover task wander --mode learn --arm --for 10m    learn for ten minutes
   rover task follow 0                               only choose the task")]
 pub struct Arguments {
-    /// What is to be done
+    /// The rover's task
     #[arg(value_enum)]
-    task: TaskChoice,
+    task: RoverTask,
     /// The direction to follow, in degrees clockwise as compasses have it
-    #[arg(value_name = "DEG", value_parser = values::compass, allow_hyphen_values = true,
+    #[arg(value_name = "DEG", value_parser = parse::compass, allow_hyphen_values = true,
           required_if_eq("task", "follow"))]
     direction: Option<Microdegrees>,
     /// Let the controller drive; without it only the task is chosen
     #[arg(long, value_enum)]
-    mode: Option<ModeChoice>,
+    mode: Option<DriveMode>,
     /// Arm first
     #[arg(long, requires = "mode")]
     arm: bool,
@@ -33,84 +36,55 @@ pub struct Arguments {
     #[arg(long, requires = "mode")]
     seed: Option<u64>,
     /// Disarm after this time
-    #[arg(long = "for", value_name = "TIME", value_parser = values::duration, requires = "mode")]
+    #[arg(long = "for", value_name = "TIME", value_parser = parse::duration, requires = "mode")]
     span: Option<Duration>,
     /// Leave the rover driving instead of watching it
     #[arg(long, requires = "mode", conflicts_with = "span")]
     detach: bool,
     #[command(flatten)]
-    port: PortArguments,
-    /// Print the result as JSON
-    #[arg(long)]
-    json: bool,
-}
-
-/// What a rover can be told to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum TaskChoice {
-    /// Follow a direction
-    Follow,
-    /// Follow a direction that is redrawn at random
-    Wander,
-}
-
-impl TaskChoice {
-    /// As the wire has it.
-    pub fn task(self) -> Task {
-        match self {
-            Self::Follow => Task::FollowDirection,
-            Self::Wander => Task::FollowChangingDirection,
-        }
-    }
+    common: PortAndFormat,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let steering = Steering {
-        task: Some(arguments.task.task()),
+        task: Some(arguments.task),
         direction: arguments.direction,
         seed: arguments.seed,
         arm: arguments.arm,
         mode: arguments.mode,
     };
-    let mut client = arguments.port.connect()?;
+    let mut client = arguments.common.port.connect()?;
     if arguments.mode.is_none() || arguments.detach {
         steering.begin(&mut client)?;
         let status = client.status()?;
-        if arguments.json {
-            return print_json(&status);
-        }
-        return print(&format!(
-            "{}, {}\n",
-            names::task(status.task),
-            names::state(status.state)
-        ));
+        let (task, state) = (names::task(status.task), names::state(status.state));
+        return arguments
+            .common
+            .answer(&status, format_args!("{task}, {state}"));
     }
     // Before anything moves, so that Ctrl-C always disarms.
     let interrupt = Interrupt::listen()?;
-    let begun = steering.begin(&mut client);
-    if let Err(error) = begun {
+    if let Err(error) = steering.begin(&mut client) {
         if arguments.arm {
             steering::stop(&mut client)?;
         }
         return Err(error.into());
     }
     eprintln!("rover: driving; Ctrl-C disarms");
-    let watched = steering::watch(&mut client, &interrupt, arguments.span);
-    if !matches!(
-        watched,
-        Ok(steering::Drive {
-            ended: Some(Ended::ByRover(_)),
-            ..
-        })
-    ) {
-        steering::stop(&mut client)?;
+    let watch = Watch {
+        interrupt: &interrupt,
+        span: arguments.span,
+        until_stopped: true,
+        bar: &ProgressBar::hidden(),
+    };
+    let mut rover = Rover::Client(Box::new(client));
+    let mut drive = Drive::default();
+    let watched = watch.run(&mut rover, &mut drive, |_, _| Ok(true));
+    if !matches!(drive.ended, Some(Ended::ByRover(_))) {
+        steering::stop(rover.client())?;
     }
-    let drive = watched?;
-    if arguments.json {
-        print_json(&drive)?;
-    } else {
-        print(&format!("{}\n", drive.line()))?;
-    }
+    watched?;
+    arguments.common.answer(&drive, drive.line())?;
     match drive.ended {
         Some(Ended::ByRover(State::Faulted(fault))) => Err(Failure::Failed(format!(
             "the rover stopped: {}: `rover disarm` acknowledges it",

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use rover_shared::parameters::Coefficients;
 use serde::Serialize;
 
-use super::learn::{TaskChoice, check_task};
-use super::{Failure, print, print_json};
-use rover_log::arena_file;
+use super::output::{Failure, answer};
+use super::simulated::ArenaTask;
 use rover_log::knowledge::{self, Loaded};
 use rover_log::results;
 use rover_simulator::arena::ArenaSource;
@@ -34,9 +33,9 @@ pub struct Arguments {
     /// Actions allowed in each arena
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     steps: u32,
-    /// What is to be done
-    #[arg(long, value_enum, default_value_t = TaskChoice::Target)]
-    task: TaskChoice,
+    /// The rover's task
+    #[arg(long, value_enum, default_value_t = ArenaTask::Target)]
+    task: ArenaTask,
     /// Who drives
     #[arg(long, value_enum, default_value_t = ControllerChoice::Turing)]
     controller: ControllerChoice,
@@ -77,8 +76,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let mut trials = Vec::new();
     for name in &names {
-        let source = arena_file::load(name)?;
-        check_task(arguments.task, name, &source)?;
+        let source = rover_log::arena_file::load(name)?;
+        arguments.task.check(name, &source)?;
         if let Some(loaded) = &loaded {
             check_robot(loaded, name, &source)?;
         }
@@ -86,26 +85,24 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             seed: arguments.seed,
             arenas: arguments.arenas,
             steps: arguments.steps,
-            follow_direction: arguments.task == TaskChoice::Direction,
+            follow_direction: arguments.task == ArenaTask::Direction,
             source,
         };
         trials.extend(drive(arguments.controller, &exam, loaded.as_ref())?);
     }
-    let result = ExamResult::new(&trials, arguments.task == TaskChoice::Target);
-    if arguments.json {
-        let (controller, seed) = (arguments.controller, arguments.seed);
-        return print_json(&Outcome {
-            controller,
-            seed,
-            result,
-        });
-    }
-    print(&format!(
+    let result = ExamResult::new(&trials, arguments.task == ArenaTask::Target);
+    let text = format!(
         "{} arenas ({})\n{}",
         result.arenas,
         names.join(", "),
         results::exam(&result)
-    ))
+    );
+    let outcome = Outcome {
+        controller: arguments.controller,
+        seed: arguments.seed,
+        result,
+    };
+    answer(arguments.json, &outcome, text)
 }
 
 /// Refuses knowledge of another robot's sensors, and says where the robot moves differently.

@@ -23,7 +23,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{Failure, print};
+use super::output::{Failure, print};
 use emulated_rp2040::elf::Image;
 use rover_log::files::write_whole;
 

@@ -1,7 +1,6 @@
-//! The dashboard as lines of JSON: one object for everything that happens, with the messages of
-//! logs.
+//! The dashboard as lines of JSON: one object an event, with the messages of logs.
 //!
-//! `{"at_us": 1500000, "topic": "/action", "message": {...}}`: `at_us` is the source's own time;
+//! `{"at_us": 1500000, "topic": "/action", "message": {...}}`: `at_us` is the feed's own time;
 //! topics and messages are those of [recordings](rover_log::recording) and of
 //! [simulations' logs](rover_log), and beside them `/connection`, `/answer`, `/frames`, `/begin`
 //! and `/said`.
@@ -13,19 +12,18 @@ use rover_shared::wire::message::Report;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use super::happening::{Connection, Happening, Origin};
-use rover_link::explain_by_keys;
-use rover_link::names;
+use super::feed::{Connection, FeedEvent, Origin};
+use rover_link::{explain_by_keys, names};
 use rover_log::Entry;
 use rover_log::recording::{Gap, LastWords, Pulled, Topic};
 
-/// The line for what happened, if a program can want it.
-pub fn line(now: Duration, happening: &Happening) -> Option<String> {
-    let (topic, message) = message(happening)?;
+/// The line for an event; `None` for those of the display only.
+pub fn line(now: Duration, event: &FeedEvent) -> Option<String> {
+    let (topic, message) = message(event)?;
     Some(object(now, topic, message))
 }
 
-/// The line for what the program itself has to say.
+/// The line for a message of this program.
 pub fn said(now: Duration, text: &str) -> String {
     object(now, "/said", json!({ "text": text }))
 }
@@ -35,11 +33,11 @@ fn object(now: Duration, topic: &str, message: Value) -> String {
     json!({ "at_us": at, "topic": topic, "message": message }).to_string()
 }
 
-fn message(happening: &Happening) -> Option<(&'static str, Value)> {
-    Some(match happening {
-        Happening::Report(report) => return report_message(report),
-        Happening::Connection(connection) => ("/connection", self::connection(connection)),
-        Happening::Answer { command, result } => (
+fn message(event: &FeedEvent) -> Option<(&'static str, Value)> {
+    Some(match event {
+        FeedEvent::Report(report) => return report_message(report),
+        FeedEvent::Connection(connection) => ("/connection", self::connection(connection)),
+        FeedEvent::Answer { command, result } => (
             "/answer",
             json!({
                 "command": names::command(command),
@@ -48,7 +46,7 @@ fn message(happening: &Happening) -> Option<(&'static str, Value)> {
                 "reason": result.err().map(explain_by_keys),
             }),
         ),
-        Happening::Unanswered { command, reason } => (
+        FeedEvent::Unanswered { command, reason } => (
             "/answer",
             json!({
                 "command": names::command(command),
@@ -57,25 +55,25 @@ fn message(happening: &Happening) -> Option<(&'static str, Value)> {
                 "reason": reason,
             }),
         ),
-        Happening::Frames(counters) => ("/frames", value(counters)),
-        Happening::Begin(Some(Origin { seed, knowledge })) => (
+        FeedEvent::Frames(counters) => ("/frames", value(counters)),
+        FeedEvent::Begin(Some(Origin { seed, knowledge })) => (
             "/begin",
             json!({ "seed": seed, "knowledge": fingerprint(knowledge) }),
         ),
-        Happening::Knowledge(bytes) => (
+        FeedEvent::Knowledge(bytes) => (
             Topic::Knowledge.name(),
             value(Pulled {
                 fingerprint: fingerprint(bytes),
                 length_bytes: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
             }),
         ),
-        Happening::Gap(reason) => {
+        FeedEvent::Gap(reason) => {
             let reason = reason.clone();
             (Topic::Gap.name(), value(Gap { reason }))
         }
-        Happening::Logged(Entry::Step(step)) => ("/step", value(step)),
-        Happening::Logged(Entry::End(end)) => ("/end", value(end)),
-        Happening::Begin(None) | Happening::Playback(_) => return None,
+        FeedEvent::Logged(Entry::Step(step)) => ("/step", value(step)),
+        FeedEvent::Logged(Entry::End(end)) => ("/end", value(end)),
+        FeedEvent::Begin(None) | FeedEvent::Playback(_) => return None,
     })
 }
 
@@ -106,8 +104,7 @@ fn connection(connection: &Connection) -> Value {
     json!({ "state": state, "of": of })
 }
 
-/// Types of the contract and of logs have no maps whose keys are no text, nor anything else that
-/// JSON lacks.
+/// Never fails: types of the contract and of logs have only what JSON has.
 fn value(message: impl Serialize) -> Value {
     serde_json::to_value(message).unwrap_or_default()
 }

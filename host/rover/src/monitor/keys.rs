@@ -5,7 +5,7 @@ use rover_shared::contract::{Mode, Task};
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::Command;
 
-use super::source::Control;
+use super::feed::Control;
 use rover_link::text::parse_compass;
 
 /// How far an arrow key turns the direction.

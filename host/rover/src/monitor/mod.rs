@@ -2,36 +2,34 @@
 //! steer it.
 //!
 //! ```text
-//!  Source::poll ──► Happening ──► Watch ──► model::Dashboard ──► view
-//!  Source::send ◄── Command   ◄── keys, and what is asked for unbidden
+//!  Feed::poll ──► FeedEvent ──► App ──► model::Dashboard ──► view, plain, json
+//!  Feed::send ◄── Command   ◄── keys, and periodic requests
 //! ```
 //!
 //! | file | holds |
 //! |---|---|
-//! | `source`, `happening` | where it comes from, and what comes |
-//! | `model`, `hear` | what is shown, and how what is heard changes it |
-//! | `mirror` | what the rover knows, followed |
-//! | `watch`, `pull`, `keys` | what is asked for |
-//! | `terminal` | the loops that keep it going |
+//! | `feed` | the trait of what can be watched, and what it reports |
+//! | `rover_feed`, `player` | a rover at the end of a port; a log that is played |
+//! | `model`, `update` | what is shown, and how each event changes it |
+//! | `known` | the rover's knowledge, followed action by action |
+//! | `app`, `knowledge_reader`, `keys` | what is requested of the rover, by itself and by keys |
+//! | `terminal` | the main loops |
 //! | `view` | the picture, one panel a file |
 //! | `plain`, `json` | the same as lines, for people and for programs |
-//! | `live`, `recording` | a rover at the end of a port; a log |
 
-pub mod happening;
-mod hear;
+pub mod app;
+pub mod feed;
 mod json;
 pub mod keys;
-pub mod live;
-pub mod mirror;
+mod knowledge_reader;
+pub mod known;
 pub mod model;
 pub mod plain;
-mod pull;
-pub mod recording;
-pub mod source;
+pub mod player;
+pub mod rover_feed;
 pub mod terminal;
+mod update;
 pub mod view;
-pub mod watch;
 
-pub use happening::{Connection, Happening, Origin, Playback};
-pub use source::{Control, Source};
-pub use watch::Watch;
+pub use app::App;
+pub use feed::{Connection, Control, Feed, FeedEvent, Origin, Playback};

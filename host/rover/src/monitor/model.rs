@@ -1,4 +1,4 @@
-//! What a dashboard shows: a pure model of all that was heard, with bounded memory.
+//! The state of the dashboard: a pure model of all events, with bounded memory.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -12,12 +12,13 @@ use rover_shared::sensing::Sample;
 use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{Command, Hello};
 
-use super::happening::{Connection, Playback};
-use super::mirror::Mirror;
+use super::feed::{Connection, Playback};
+use super::known::Mirror;
+use crate::lines::{Kind, Line};
 
 /// Actions that the history holds; no terminal has more columns.
 pub const HISTORY: usize = 512;
-/// Silence that is worth a word: the state is asked for twice a second, and answered at once.
+/// Silence that is shown: the status is requested twice a second, and answered at once.
 const SILENCE: Duration = Duration::from_secs(1);
 /// Notes that are kept.
 pub const NOTES: usize = 200;
@@ -53,7 +54,7 @@ pub struct Dashboard {
     pub counters: Counters,
     /// Frames lost and dropped on this side.
     pub frames: rover_link::Counters,
-    /// Actions that were never heard, by the gaps of the step numbers.
+    /// Actions that never came, by the gaps of the step numbers.
     pub missed: u32,
     /// What the rover knows.
     pub knowledge: Knowledge,
@@ -63,17 +64,17 @@ pub struct Dashboard {
     pub notes: VecDeque<Note>,
     /// Notes since the start, those no longer kept included.
     pub noted: u64,
-    /// How a log is being shown.
+    /// How a log is being played.
     pub playback: Option<Playback>,
     /// The trial of a simulation's log.
     pub trial: Option<u32>,
-    /// The rover's clock when it last said what time it was, microseconds.
+    /// The rover's clock in its last report with a time, microseconds.
     pub time: Option<u64>,
-    /// When that was, by the source's clock.
+    /// When that was, on the feed's clock.
     pub timed: Duration,
-    /// When anything was last heard, by the source's clock.
+    /// When the last report came, on the feed's clock.
     pub heard: Option<Duration>,
-    /// The source's clock.
+    /// The feed's clock.
     pub now: Duration,
 }
 
@@ -124,24 +125,13 @@ pub struct Moment {
     pub reward: Option<i32>,
 }
 
-/// Something that is worth a line.
+/// A line about something that happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Note {
     /// The rover's clock, if it was known, microseconds.
     pub time: Option<u64>,
-    /// What it is about.
-    pub kind: Kind,
-    /// A sentence without a full stop.
-    pub text: String,
-}
-
-/// What a note is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Something went as it should.
-    Fact,
-    /// Something is wrong or was refused.
-    Trouble,
+    /// What happened.
+    pub line: Line,
 }
 
 /// What the rover knows, or why that is not known.
@@ -215,13 +205,13 @@ impl Dashboard {
         self.time.map(|time| time.saturating_add(since))
     }
 
-    /// The rover says what time it is.
+    /// A report with the rover's time came.
     pub(super) fn set_time(&mut self, time: u64) {
         self.time = Some(time);
         self.timed = self.now;
     }
 
-    /// How long the rover has not said anything, if that is longer than it should be.
+    /// How long the rover has been silent, if that is longer than it should be.
     pub fn silence(&self) -> Option<Duration> {
         let silence = self.now.saturating_sub(self.heard?);
         (silence >= SILENCE).then_some(silence)
@@ -229,14 +219,19 @@ impl Dashboard {
 
     /// Adds a note.
     pub fn note(&mut self, kind: Kind, text: impl Into<String>) {
+        let text = text.into();
+        self.note_line(Line { kind, text });
+    }
+
+    /// Adds a note with this line.
+    pub fn note_line(&mut self, line: Line) {
         if self.notes.len() == NOTES {
             self.notes.pop_front();
         }
         self.noted += 1;
         self.notes.push_back(Note {
             time: self.rover_time(),
-            kind,
-            text: text.into(),
+            line,
         });
     }
 }

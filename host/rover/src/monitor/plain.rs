@@ -1,33 +1,33 @@
-//! The dashboard as lines: for screen readers, pipes and terminals that can do no more. No colour,
-//! no moving of the cursor; a line an event, and not so many that nobody can follow.
+//! The dashboard as lines, for screen readers, pipes and simple terminals: no colour, no cursor
+//! movement, a line an event, and their rate limited.
 
 use std::time::Duration;
 
-use rover_shared::contract::{Mode, Task};
+use ratatui::crossterm::event::KeyCode;
 use rover_shared::controller::Familiarity;
 use rover_shared::sensing::Stimulus;
 use rover_shared::sensing::neuron::Activation;
 use rover_shared::wire::message::Command;
 
-use super::happening::Happening;
-use super::keys::{Meaning, direction};
+use super::feed::FeedEvent;
+use super::keys::{Meaning, direction, meaning};
 use super::model::{Action, Dashboard, Knowledge};
-use rover_link::explain_by_keys;
+use crate::lines;
 use rover_link::{names, text};
 
-/// Lines that may come at once, and how long it takes until another one may.
+/// Lines that may come at once, and the time until another one may.
 const BURST: u32 = 10;
 const REFILL: Duration = Duration::from_millis(500);
-/// Patterns that are told.
+/// Patterns that are listed.
 const PATTERNS: usize = 10;
 
 /// What may be typed.
 pub const HELP: &str = "type: arm, disarm (or an empty line), learn, run, idle, direction DEGREES, \
     fixed, wander, store, status, patterns, staircases, help, quit, leave";
 
-/// Turns what happened into lines.
+/// Turns events into lines.
 pub struct Plain {
-    /// Time between two actions that are told.
+    /// Time between two actions that are shown.
     every: Duration,
     told: Option<Duration>,
     untold: u32,
@@ -39,7 +39,7 @@ pub struct Plain {
 }
 
 impl Plain {
-    /// Tells of one action in `every`, and of everything else.
+    /// Shows one action in `every`, and all other events.
     pub fn new(every: Duration) -> Self {
         Self {
             every,
@@ -52,11 +52,11 @@ impl Plain {
         }
     }
 
-    /// The lines for what happened at `now`, which the dashboard has already taken.
+    /// The lines for an event at `now`, which the dashboard has already taken.
     pub fn lines(
         &mut self,
         now: Duration,
-        happening: &Happening,
+        event: &FeedEvent,
         dashboard: &Dashboard,
     ) -> Vec<String> {
         self.refill(now);
@@ -76,16 +76,16 @@ impl Plain {
                 self.left_out = 0;
             }
             let time = note.time.map(text::clock);
-            let text = text::printable(&note.text, false);
+            let text = text::printable(&note.line.text, false);
             lines.push(time.map_or(text.clone(), |time| format!("{time} {text}")));
         }
-        if let Happening::Playback(playback) = happening
+        if let FeedEvent::Playback(playback) = event
             && playback.cut_off
             && playback.at == playback.of
         {
             lines.push("the log is cut off here".into());
         }
-        if let (true, Some(action)) = (happening.is_action(), &dashboard.action) {
+        if let (true, Some(action)) = (event.is_action(), &dashboard.action) {
             lines.extend(self.action(now, action, dashboard));
         }
         lines
@@ -167,23 +167,19 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
         lines.push(text::printable(&name, false));
     }
     if let Some(state) = dashboard.state {
-        let motors = match dashboard.motors_enabled {
-            Some(true) => ", motors on",
-            Some(false) => ", motors off",
-            None => "",
-        };
-        lines.push(format!("state {}{motors}", names::loud_state(state)));
+        let state = names::loud_state(state);
+        let motors = dashboard.motors_enabled.map(lines::motors);
+        lines.push(match motors {
+            Some(motors) => format!("state {state}, {motors}"),
+            None => format!("state {state}"),
+        });
     }
     if let Some(task) = dashboard.task {
-        let direction = dashboard.direction.map(text::compass);
-        let direction = direction.map_or(String::new(), |d| format!(", direction {d}"));
-        lines.push(format!("task {}{direction}", names::task(task)));
+        lines.push(format!("task {}", lines::task(task, dashboard.direction)));
     }
     if let Some(session) = dashboard.session {
-        let (seed, knowledge) = (session.seed, session.knowledge);
-        lines.push(format!(
-            "session seed {seed}, from knowledge {knowledge:08x}"
-        ));
+        let (seed, knowledge) = (session.seed, lines::knowledge(Some(session.knowledge)));
+        lines.push(format!("session seed {seed}, from {knowledge}"));
     }
     lines.extend(sensors(dashboard));
     if let Some(action) = &dashboard.action {
@@ -191,8 +187,7 @@ pub fn status(dashboard: &Dashboard) -> Vec<String> {
     }
     lines.push(knowledge(dashboard));
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (names::command(command), explain_by_keys(*refusal));
-        lines.push(format!("refused: {command}: {refusal}"));
+        lines.push(lines::refused(command, *refusal));
     }
     lines.push(counters(dashboard));
     lines
@@ -244,11 +239,8 @@ fn counters(dashboard: &Dashboard) -> String {
         "{} frames lost, {} damaged, {} reports unread, {} actions missed, {} reconnections",
         frames.lost, frames.damaged, frames.unread, dashboard.missed, frames.reconnected
     );
-    for fault in rover_shared::contract::Fault::ALL {
-        match dashboard.counters.of(fault) {
-            0 => {}
-            count => text.push_str(&format!(", {} {count}", names::fault(fault))),
-        }
+    for (fault, count) in lines::counted(&dashboard.counters) {
+        text.push_str(&format!(", {} {count}", names::fault(fault)));
     }
     text
 }
@@ -297,14 +289,14 @@ pub fn staircases(dashboard: &Dashboard) -> Vec<String> {
 pub enum Asked {
     /// To do this.
     Do(Meaning),
-    /// To be told this.
+    /// To show this.
     Tell(Topic),
 }
 
-/// What can be told.
+/// What can be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topic {
-    /// Everything, shortly.
+    /// A summary of everything.
     Status,
     /// The patterns used most.
     Patterns,
@@ -315,7 +307,7 @@ pub enum Topic {
 }
 
 impl Topic {
-    /// The lines that tell it.
+    /// Its lines.
     pub fn lines(self, dashboard: &Dashboard) -> Vec<String> {
         match self {
             Self::Status => status(dashboard),
@@ -326,34 +318,44 @@ impl Topic {
     }
 }
 
-/// Understands a typed line.
+/// Words that may be typed for keys.
+const WORDS: [(&str, char); 10] = [
+    ("arm", 'a'),
+    ("disarm", 'd'),
+    ("learn", 'l'),
+    ("run", 'r'),
+    ("idle", 'i'),
+    ("fixed", 'f'),
+    ("wander", 'w'),
+    ("store", 's'),
+    ("quit", 'q'),
+    ("leave", 'Q'),
+];
+
+/// Parses a typed line.
 ///
 /// # Errors
 /// A sentence that says what may be typed.
 pub fn understand(line: &str) -> Result<Asked, String> {
-    let mut words = line.split_whitespace();
-    let (first, second, third) = (words.next(), words.next(), words.next());
-    let command = |command| Ok(Asked::Do(Meaning::Command(command)));
-    match (first, second, third) {
-        (None | Some("disarm" | "d"), None, None) => command(Command::Disarm),
-        (Some("arm" | "a"), None, None) => command(Command::Arm),
-        (Some("learn" | "l"), None, None) => command(Command::SetMode(Mode::Learn)),
-        (Some("run" | "r"), None, None) => command(Command::SetMode(Mode::Run)),
-        (Some("idle" | "i"), None, None) => command(Command::SetMode(Mode::Idle)),
-        (Some("fixed" | "f"), None, None) => command(Command::SetTask(Task::FollowDirection)),
-        (Some("wander" | "w"), None, None) => {
-            command(Command::SetTask(Task::FollowChangingDirection))
+    let words: Vec<_> = line.split_whitespace().collect();
+    let asked = match words[..] {
+        [] => Asked::Do(Meaning::Command(Command::Disarm)),
+        ["direction" | "g", degrees] => {
+            Asked::Do(Meaning::Command(Command::SetDirection(direction(degrees)?)))
         }
-        (Some("store" | "s"), None, None) => command(Command::StoreKnowledge),
-        (Some("direction" | "g"), Some(degrees), None) => {
-            command(Command::SetDirection(direction(degrees)?))
+        ["status"] => Asked::Tell(Topic::Status),
+        ["patterns"] => Asked::Tell(Topic::Patterns),
+        ["staircases"] => Asked::Tell(Topic::Staircases),
+        ["help" | "?"] => Asked::Tell(Topic::Help),
+        _ => {
+            let mut words_of_keys = WORDS.iter();
+            let key = words_of_keys.find(|(word, key)| match words[..] {
+                [typed] => typed == *word || typed == key.to_string(),
+                _ => false,
+            });
+            let meaning = key.and_then(|(_, key)| meaning(KeyCode::Char(*key).into(), false));
+            Asked::Do(meaning.ok_or(format!("not understood; {HELP}"))?)
         }
-        (Some("status"), None, None) => Ok(Asked::Tell(Topic::Status)),
-        (Some("patterns"), None, None) => Ok(Asked::Tell(Topic::Patterns)),
-        (Some("staircases"), None, None) => Ok(Asked::Tell(Topic::Staircases)),
-        (Some("help" | "?"), None, None) => Ok(Asked::Tell(Topic::Help)),
-        (Some("quit" | "q"), None, None) => Ok(Asked::Do(Meaning::Quit)),
-        (Some("leave" | "Q"), None, None) => Ok(Asked::Do(Meaning::Leave)),
-        _ => Err(format!("not understood; {HELP}")),
-    }
+    };
+    Ok(asked)
 }

@@ -9,21 +9,21 @@ use ratatui::backend::Backend;
 use ratatui::crossterm::event::{self, Event, KeyEvent};
 use rover_shared::wire::message::Command;
 
-use super::happening::Happening;
+use super::app::App;
+use super::feed::Feed;
+use super::feed::FeedEvent;
 use super::json;
 use super::keys::Meaning;
 use super::model::Dashboard;
 use super::plain::{Asked, Plain, understand};
-use super::source::Source;
 use super::view::{self, Look};
-use super::watch::Watch;
 
-/// How long the source is waited for between two looks at the keys.
+/// How long the feed is polled between two looks at the keys.
 pub const TICK: Duration = Duration::from_millis(50);
-/// Ticks within which a disarming has to be acknowledged at the end.
+/// Ticks to wait for the acknowledgement of the last disarming.
 const FAREWELL: u32 = 40;
 
-/// The rover was told to stop when the dashboard was left, and did not acknowledge it.
+/// The disarming sent on quitting was not acknowledged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "the rover did not acknowledge that it was disarmed, and may still drive: run `rover disarm`, \
@@ -31,7 +31,7 @@ const FAREWELL: u32 = 40;
 )]
 pub struct StillArmed;
 
-/// Why the showing ended early.
+/// Why the dashboard ended early.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShowError {
@@ -43,8 +43,8 @@ pub enum ShowError {
     StillArmed(#[from] StillArmed),
 }
 
-/// Keeps a source's time from running ahead of the wall clock's, so that people can follow an
-/// emulated rover or a log.
+/// Keeps a feed's time from running ahead of the wall clock, so that people can follow an emulated
+/// rover or a log.
 pub struct Pacer {
     wall: std::time::Instant,
     own: Duration,
@@ -65,53 +65,53 @@ impl Pacer {
         let wall = self.wall.elapsed();
         match passed.checked_sub(wall) {
             Some(ahead) => std::thread::sleep(ahead),
-            // A source that cannot keep up is not made to hurry later.
+            // A feed that cannot keep up does not hurry later.
             None if wall - passed > TICK => *self = Self::new(own),
             None => {}
         }
     }
 }
 
-/// Shows a source on a terminal until the user has seen enough. `keys` gives the next key that
-/// waits, and gets the time that the source has come to.
+/// Shows a feed on a terminal until the user quits. `keys` takes the feed's time and returns the
+/// next key that waits.
 ///
 /// # Errors
 /// [`ShowError`].
 pub fn show<B: Backend>(
     terminal: &mut Terminal<B>,
-    source: &mut dyn Source,
+    feed: &mut dyn Feed,
     keys: &mut dyn FnMut(Duration) -> io::Result<Option<KeyEvent>>,
     look: Look,
 ) -> Result<(), ShowError> {
-    let mut watch = Watch::default();
-    let shown = show_until_over(terminal, source, keys, look, &mut watch);
-    if shown.is_err() && !watch.is_over() {
-        // Nobody can see any more what the rover does, or stop it.
-        watch.act(Meaning::Quit, source);
+    let mut app = App::default();
+    let shown = show_until_over(terminal, feed, keys, look, &mut app);
+    if shown.is_err() && !app.is_over() {
+        // The rover can neither be seen nor stopped any more.
+        app.act(Meaning::Quit, feed);
     }
-    farewell(&mut watch, source)?;
+    farewell(&mut app, feed)?;
     shown
 }
 
 fn show_until_over<B: Backend>(
     terminal: &mut Terminal<B>,
-    source: &mut dyn Source,
+    feed: &mut dyn Feed,
     keys: &mut dyn FnMut(Duration) -> io::Result<Option<KeyEvent>>,
     look: Look,
-    watch: &mut Watch,
+    app: &mut App,
 ) -> Result<(), ShowError> {
-    while !watch.is_over() {
-        let log = source.is_log();
+    while !app.is_over() {
+        let log = feed.is_log();
         let drawn = terminal.draw(|frame| {
-            view::draw(frame.area(), frame.buffer_mut(), watch, log, look);
+            view::draw(frame.area(), frame.buffer_mut(), app, log, look);
         });
         drawn.map_err(|error| ShowError::Terminal(error.to_string()))?;
-        for happening in source.poll(TICK) {
-            watch.take(source.now(), &happening);
+        for event in feed.poll(TICK) {
+            app.take(feed.now(), &event);
         }
-        watch.ask(source);
-        while let Some(key) = keys(source.now()).map_err(failed)? {
-            watch.key(key, source);
+        app.ask(feed);
+        while let Some(key) = keys(feed.now()).map_err(failed)? {
+            app.key(key, feed);
         }
     }
     Ok(())
@@ -167,7 +167,7 @@ impl Keyboard {
     }
 }
 
-/// A line that somebody typed, or the wish to end.
+/// What was typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Input {
     /// A line.
@@ -176,7 +176,7 @@ pub enum Input {
     Interrupt,
 }
 
-/// How lines are made.
+/// The format of lines.
 pub enum Lines {
     /// For people.
     Plain(Plain),
@@ -185,10 +185,10 @@ pub enum Lines {
 }
 
 impl Lines {
-    fn of(&mut self, now: Duration, happening: &Happening, dashboard: &Dashboard) -> Vec<String> {
+    fn of(&mut self, now: Duration, event: &FeedEvent, dashboard: &Dashboard) -> Vec<String> {
         match self {
-            Self::Plain(plain) => plain.lines(now, happening, dashboard),
-            Self::Json => json::line(now, happening).into_iter().collect(),
+            Self::Plain(plain) => plain.lines(now, event, dashboard),
+            Self::Json => json::line(now, event).into_iter().collect(),
         }
     }
 
@@ -200,67 +200,67 @@ impl Lines {
     }
 }
 
-/// Shows a source as lines until it is over. `typed` gives the next input that waits, `print`
-/// takes lines, and gives false when nobody reads them any more.
+/// Shows a feed as lines until its end. `typed` returns the next input that waits; `print` takes
+/// lines, and returns false when they are not read any more.
 ///
 /// # Errors
 /// The rover may still drive.
 pub fn tell(
-    source: &mut dyn Source,
+    feed: &mut dyn Feed,
     mut lines: Lines,
     typed: &mut dyn FnMut(Duration) -> Option<Input>,
     print: &mut dyn FnMut(&str) -> bool,
 ) -> Result<(), StillArmed> {
-    let mut watch = Watch::default();
-    while !watch.is_over() {
-        for happening in source.poll(TICK) {
-            let now = source.now();
-            watch.take(now, &happening);
-            for line in lines.of(now, &happening, &watch.dashboard) {
-                if !print(&line) && !watch.is_over() {
-                    watch.act(Meaning::Quit, source);
+    let mut app = App::default();
+    while !app.is_over() {
+        for event in feed.poll(TICK) {
+            let now = feed.now();
+            app.take(now, &event);
+            for line in lines.of(now, &event, &app.dashboard) {
+                if !print(&line) && !app.is_over() {
+                    app.act(Meaning::Quit, feed);
                 }
             }
         }
-        watch.ask(source);
-        while let Some(input) = typed(source.now()) {
+        app.ask(feed);
+        while let Some(input) = typed(feed.now()) {
             let asked = match input {
                 Input::Line(line) => understand(&line),
                 Input::Interrupt => Ok(Asked::Do(Meaning::Quit)),
             };
             match asked {
-                Ok(Asked::Do(meaning)) => watch.act(meaning, source),
+                Ok(Asked::Do(meaning)) => app.act(meaning, feed),
                 Ok(Asked::Tell(topic)) => {
-                    for line in topic.lines(&watch.dashboard) {
-                        print(&lines.said(source.now(), line));
+                    for line in topic.lines(&app.dashboard) {
+                        print(&lines.said(feed.now(), line));
                     }
                 }
                 Err(sentence) => {
-                    print(&lines.said(source.now(), sentence));
+                    print(&lines.said(feed.now(), sentence));
                 }
             }
         }
-        if source.ended() {
+        if feed.ended() {
             break;
         }
     }
-    farewell(&mut watch, source)
+    farewell(&mut app, feed)
 }
 
-/// Waits for the acknowledgement of the last command if it was to stop.
-fn farewell(watch: &mut Watch, source: &mut dyn Source) -> Result<(), StillArmed> {
-    if source.is_log() || !watch.disarms() || watch.dashboard.rover.is_none() {
+/// Waits for the acknowledgement of the disarming, if one was sent.
+fn farewell(app: &mut App, feed: &mut dyn Feed) -> Result<(), StillArmed> {
+    if feed.is_log() || !app.disarms() || app.dashboard.rover.is_none() {
         return Ok(());
     }
     for _ in 0..FAREWELL {
-        for happening in source.poll(TICK) {
-            watch.take(source.now(), &happening);
-            match happening {
-                Happening::Answer {
+        for event in feed.poll(TICK) {
+            app.take(feed.now(), &event);
+            match event {
+                FeedEvent::Answer {
                     command: Command::Disarm,
                     result: Ok(()),
                 } => return Ok(()),
-                Happening::Unanswered {
+                FeedEvent::Unanswered {
                     command: Command::Disarm,
                     ..
                 } => return Err(StillArmed),

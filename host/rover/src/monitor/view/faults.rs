@@ -1,15 +1,16 @@
-//! What was lost, and what the board has counted.
+//! Counters of losses and of faults.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Style;
-use rover_shared::contract::{Fault, State};
+use rover_shared::contract::State;
 
 use super::look::{Look, Panel};
+use crate::lines;
 use crate::monitor::model::Dashboard;
 use rover_link::{names, text};
 
-/// Draws the counters: those of this side always, the board's where they are not 0.
+/// Draws the counters: the host's always, the board's where they are not 0.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
     let mut panel = Panel::titled(area, buffer, look, "Lost, and faults");
     let frames = &dashboard.frames;
@@ -26,8 +27,7 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
         line(&mut panel, y, name, count, style(look, count));
         y += 1;
     }
-    let counted = |fault: &Fault| dashboard.counters.of(*fault) > 0;
-    let faults: Vec<Fault> = Fault::ALL.into_iter().filter(counted).collect();
+    let faults: Vec<_> = lines::counted(&dashboard.counters).collect();
     if faults.is_empty() {
         panel.text(0, y, "no faults counted", look.quiet());
         return;
@@ -38,16 +38,14 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     } else {
         faults.len()
     };
-    for fault in &faults[..shown] {
-        let stands = dashboard.state == Some(State::Faulted(*fault));
-        let style = if stands { look.trouble() } else { Style::new() };
-        line(
-            &mut panel,
-            y,
-            names::fault(*fault),
-            dashboard.counters.of(*fault),
-            style,
-        );
+    for (fault, count) in &faults[..shown] {
+        let present = dashboard.state == Some(State::Faulted(*fault));
+        let style = if present {
+            look.trouble()
+        } else {
+            Style::new()
+        };
+        line(&mut panel, y, names::fault(*fault), *count, style);
         y += 1;
     }
     let more = faults.len() - shown;

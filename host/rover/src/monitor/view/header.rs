@@ -6,9 +6,9 @@ use ratatui::style::{Modifier, Style};
 use rover_shared::contract::State;
 
 use super::look::{Look, Panel};
-use crate::monitor::happening::{Connection, Playback};
-use crate::monitor::model::{Dashboard, Kind, Knowledge};
-use rover_link::explain_by_keys;
+use crate::lines;
+use crate::monitor::feed::{Connection, Playback};
+use crate::monitor::model::{Dashboard, Knowledge};
 use rover_link::{names, text};
 
 /// Rows of the header.
@@ -64,25 +64,18 @@ fn supervisor(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let look = panel.look;
     let (text, style) = state(dashboard, look);
     let x = panel.text(0, 1, &text, style.add_modifier(Modifier::REVERSED));
-    let motors = match dashboard.motors_enabled {
-        Some(true) => "motors on",
-        Some(false) => "motors off",
-        None => "",
-    };
-    // What it did when it was last heard, it need not do any more.
+    let motors = dashboard.motors_enabled.map_or("", lines::motors);
+    // A silent rover may have stopped since.
     let live = matches!(dashboard.connection, Connection::Open(_));
     let silence = dashboard.silence().filter(|_| live);
     let x = match silence {
         Some(_) => panel.text(x + 2, 1, "as last heard", look.trouble()),
         None => panel.text(x + 2, 1, motors, Style::new()),
     };
-    let task = match (dashboard.task, dashboard.direction) {
-        (None, _) => String::new(),
-        (Some(task), None) => names::task(task).into(),
-        (Some(task), Some(direction)) => {
-            format!("{}, {}", names::task(task), text::compass(direction))
-        }
-    };
+    let task = dashboard
+        .task
+        .map(|task| lines::task(task, dashboard.direction));
+    let task = task.unwrap_or_default();
     panel.text(x + 2, 1, &task, Style::new());
     if let Some(time) = dashboard.time {
         panel.right(1, &format!("  {}", text::clock(time)), Style::new());
@@ -127,17 +120,11 @@ fn session(panel: &mut Panel<'_>, dashboard: &Dashboard) {
             let mode = session
                 .mode
                 .map_or(String::new(), |m| format!("{}  ", names::mode(m)));
-            format!(
-                "session  {mode}seed {}  from knowledge {:08x}",
-                session.seed, session.knowledge
-            )
+            let (seed, knowledge) = (session.seed, lines::knowledge(Some(session.knowledge)));
+            format!("session  {mode}seed {seed}  from {knowledge}")
         }
         (None, Some(rover)) => {
-            let knowledge = match rover.knowledge {
-                Some(fingerprint) => format!("knowledge {fingerprint:08x}"),
-                None => "no valid knowledge".into(),
-            };
-            format!("seed {}  {knowledge}", rover.seed)
+            format!("seed {}  {}", rover.seed, lines::knowledge(rover.knowledge))
         }
         (None, None) => String::new(),
     };
@@ -150,19 +137,9 @@ fn session(panel: &mut Panel<'_>, dashboard: &Dashboard) {
 fn message(panel: &mut Panel<'_>, dashboard: &Dashboard) {
     let look = panel.look;
     if let Some((command, refusal)) = &dashboard.refused {
-        let (command, refusal) = (names::command(command), explain_by_keys(*refusal));
-        panel.text(
-            0,
-            3,
-            &format!("refused: {command}: {refusal}"),
-            look.trouble(),
-        );
+        panel.text(0, 3, &lines::refused(command, *refusal), look.trouble());
     } else if let Some(note) = dashboard.notes.back() {
-        let style = match note.kind {
-            Kind::Fact => Style::new(),
-            Kind::Trouble => look.trouble(),
-        };
-        panel.text(0, 3, &note.text, style);
+        panel.text(0, 3, &note.line.text, look.line(note.line.kind));
     } else if let Knowledge::Unknown(why) = &dashboard.knowledge
         && dashboard.rover.is_some()
     {

@@ -4,6 +4,7 @@ use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
 
+use crate::lines::Kind;
 use rover_link::text::printable;
 
 /// How to draw.
@@ -28,7 +29,7 @@ impl Look {
         self.coloured(Color::Green)
     }
 
-    /// What somebody should look at.
+    /// What needs attention.
     pub fn trouble(self) -> Style {
         self.coloured(Color::Red).add_modifier(Modifier::BOLD)
     }
@@ -48,6 +49,14 @@ impl Look {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
+    /// A line's text.
+    pub fn line(self, kind: Kind) -> Style {
+        match kind {
+            Kind::Fact => Style::new(),
+            Kind::Trouble => self.trouble(),
+        }
+    }
+
     fn coloured(self, colour: Color) -> Style {
         if self.colour {
             Style::new().fg(colour)
@@ -56,7 +65,7 @@ impl Look {
         }
     }
 
-    /// A cell filled from below by so many eighths.
+    /// A cell filled from below by a number of eighths.
     pub fn eighths(self, filled: usize) -> &'static str {
         let cells = if self.ascii { EIGHTHS_ASCII } else { EIGHTHS };
         cells[filled.min(8)]
@@ -126,7 +135,7 @@ impl<'b> Panel<'b> {
         self.area.height
     }
 
-    /// Writes text; gives the column after it.
+    /// Writes text; returns the column after it.
     pub fn text(&mut self, x: u16, y: u16, text: &str, style: Style) -> u16 {
         if x >= self.area.width || y >= self.area.height {
             return x;
@@ -144,7 +153,7 @@ impl<'b> Panel<'b> {
         self.text(self.area.width.saturating_sub(length), y, text, style);
     }
 
-    /// Writes text over several rows, broken between words; gives the row after it.
+    /// Writes text over several rows, broken between words; returns the row after it.
     pub fn wrapped(&mut self, mut y: u16, text: &str, style: Style) -> u16 {
         let mut line = String::new();
         for word in text.split_whitespace() {

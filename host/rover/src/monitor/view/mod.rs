@@ -30,7 +30,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
 
 use self::look::Panel;
-use super::watch::Watch;
+use super::app::App;
 
 /// The least room that shows everything.
 pub const COLUMNS: u16 = 80;
@@ -47,11 +47,11 @@ const HISTORY: u16 = 20;
 const FAULTS: u16 = 18;
 
 /// Draws everything that fits.
-pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Look) {
+pub fn draw(area: Rect, buffer: &mut Buffer, app: &App, log: bool, look: Look) {
     if area.width < COLUMNS || area.height < ROWS {
-        return draw_small(area, buffer, watch, log, look);
+        return draw_small(area, buffer, app, log, look);
     }
-    let dashboard = &watch.dashboard;
+    let dashboard = &app.dashboard;
     let spare = area.height - ROWS;
     let notes = if area.height >= ROWS_WITH_NOTES {
         spare / 2
@@ -68,8 +68,8 @@ pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Loo
     ]);
     let [head, upper, lower, notes, keys] = rows.areas(area);
     header::draw(head, buffer, dashboard, look);
-    help::row(keys, buffer, watch.prompt.as_ref(), log, look);
-    if watch.help {
+    help::row(keys, buffer, app.prompt.as_ref(), log, look);
+    if app.help {
         let all = Rect {
             height: area.height - header::ROWS - 1,
             ..upper
@@ -102,11 +102,11 @@ pub fn draw(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Loo
 }
 
 /// What matters most, where there is no room for more.
-fn draw_small(area: Rect, buffer: &mut Buffer, watch: &Watch, log: bool, look: Look) {
+fn draw_small(area: Rect, buffer: &mut Buffer, app: &App, log: bool, look: Look) {
     let mut panel = Panel::new(area, buffer, look);
-    let (state, style) = header::state(&watch.dashboard, look);
+    let (state, style) = header::state(&app.dashboard, look);
     panel.text(0, 0, &state, style.add_modifier(Modifier::REVERSED));
-    let connection = header::connection(&watch.dashboard);
+    let connection = header::connection(&app.dashboard);
     let y = panel.wrapped(1, &connection, Style::new());
     let wanted = format!(
         "This terminal has {} columns and {} rows; the dashboard wants {COLUMNS} and {ROWS}.",

@@ -2,10 +2,9 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
 
 use super::look::{Look, Panel};
-use crate::monitor::model::{Dashboard, Kind};
+use crate::monitor::model::Dashboard;
 use rover_link::text;
 
 /// Draws the latest notes.
@@ -16,10 +15,6 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     for (y, note) in (0..).zip(dashboard.notes.iter().skip(skipped)) {
         let time = note.time.map(text::clock).unwrap_or_default();
         let x = panel.text(0, y, &format!("{time:>9}"), look.quiet());
-        let style = match note.kind {
-            Kind::Fact => Style::new(),
-            Kind::Trouble => look.trouble(),
-        };
-        panel.text(x + 2, y, &note.text, style);
+        panel.text(x + 2, y, &note.line.text, look.line(note.line.kind));
     }
 }

@@ -9,7 +9,7 @@ use super::look::{Look, Panel};
 use crate::monitor::model::Dashboard;
 use rover_link::{names, text};
 
-/// Draws the pattern as it stands.
+/// Draws the pattern, its familiarity and the action.
 pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) {
     let action = dashboard.action.as_ref();
     let perceived = action.and_then(|action| action.step.perceived);

@@ -6,7 +6,7 @@ use ratatui::style::{Modifier, Style};
 use rover_shared::perception::PatternCode;
 
 use super::look::{Look, Panel};
-use crate::monitor::mirror::Pattern;
+use crate::monitor::known::Pattern;
 use crate::monitor::model::{Dashboard, Knowledge};
 use rover_link::text;
 

@@ -1,53 +1,52 @@
-//! A log as a source: played, paused, wound.
+//! A log as a feed: played, paused, wound.
 
 use std::time::Duration;
 
 use rover_shared::wire::message::Command;
 
-use super::happening::{Connection, Happening, Origin, Playback};
-use super::source::{Control, Source};
+use super::feed::{Connection, Control, Feed, FeedEvent, Origin, Playback};
 use rover_link::Counters;
+use rover_log::Log;
 use rover_log::recording::What;
-use rover_log::{self, Log};
 
 /// How long an entry of a simulation's log is shown: it has no times of its own.
 const ENTRY: Duration = Duration::from_millis(250);
 /// The slowest and the fastest playing.
 const SPEEDS: (f64, f64) = (1.0 / 64.0, 1_024.0);
-/// Happenings given by one poll at most, so that keys are heard even while winding.
+/// Events that one poll returns at most, so that keys are read even while winding.
 const MOST: usize = 1_000;
 
 /// A log that is shown.
-pub struct Recording {
+pub struct Player {
     name: String,
-    begin: Happening,
-    entries: Vec<(Duration, Happening)>,
+    begin: FeedEvent,
+    entries: Vec<(Duration, FeedEvent)>,
     /// For each action, the number of the entry after it.
     actions: Vec<usize>,
     cut_off: bool,
     /// The next entry.
     at: usize,
-    /// Where in the log's time the showing is.
+    /// The time within the log.
     position: Duration,
     playing: bool,
     speed: f64,
     /// An entry to be reached at once.
     goal: usize,
     begun: bool,
-    /// What is shown of the playing itself.
+    /// The playback that was last reported.
     told: Option<Playback>,
     now: Duration,
 }
 
-impl Recording {
+impl Player {
     /// A simulation's log.
     pub fn of_simulation(name: String, log: Log) -> Self {
-        let begin = Happening::Begin(Some(Origin {
+        let begin = FeedEvent::Begin(Some(Origin {
             seed: log.origin.seed,
             knowledge: log.before,
         }));
         let times = (0u32..).map(|i| ENTRY.saturating_mul(i));
-        let entries = times.zip(log.entries.into_iter().map(Happening::Logged));
+        let entries = times.zip(log.entries.into_iter().map(FeedEvent::Logged));
         Self::new(name, begin, entries.collect(), log.cut_off)
     }
 
@@ -59,36 +58,36 @@ impl Recording {
         let mut latest = Duration::ZERO;
         for message in recorded.messages {
             let time = Duration::from_nanos(message.log_time_ns.saturating_sub(start));
-            // A clock that was set back does not stop the showing.
+            // A clock that was set back does not stop the playing.
             latest = latest.max(time);
             if message.lost > 0 {
                 frames.lost = frames.lost.saturating_add(message.lost.into());
-                entries.push((latest, Happening::Frames(frames)));
+                entries.push((latest, FeedEvent::Frames(frames)));
             }
-            let happening = match message.what {
-                What::Report(report) => Happening::Report(report),
-                What::Gap(gap) => Happening::Gap(gap.reason),
+            let event = match message.what {
+                What::Report(report) => FeedEvent::Report(report),
+                What::Gap(gap) => FeedEvent::Gap(gap.reason),
                 What::Command(_) | What::Truth(_) => continue,
                 What::Knowledge(pulled) => match recorded.knowledge.get(&pulled.fingerprint) {
-                    Some(bytes) => Happening::Knowledge(bytes.to_vec()),
+                    Some(bytes) => FeedEvent::Knowledge(bytes.to_vec()),
                     None => continue,
                 },
             };
-            entries.push((latest, happening));
+            entries.push((latest, event));
         }
-        Self::new(name, Happening::Begin(None), entries, recorded.cut_off)
+        Self::new(name, FeedEvent::Begin(None), entries, recorded.cut_off)
     }
 
-    /// What happened at times that do not fall, from `begin` on.
+    /// Events at times that do not decrease, from `begin` on.
     pub fn new(
         name: String,
-        begin: Happening,
-        entries: Vec<(Duration, Happening)>,
+        begin: FeedEvent,
+        entries: Vec<(Duration, FeedEvent)>,
         cut_off: bool,
     ) -> Self {
         let mut actions: Vec<_> = (1..)
             .zip(&entries)
-            .filter(|(_, (_, happening))| happening.is_action())
+            .filter(|(_, (_, event))| event.is_action())
             .map(|(after, _)| after)
             .collect();
         if actions.is_empty() {
@@ -130,7 +129,7 @@ impl Recording {
         }
     }
 
-    /// Shows the log up to the action that lies so many after the one shown last, or before it.
+    /// Moves by a number of actions from the one shown last, backwards if negative.
     fn step(&mut self, by: i32) {
         // Keys may come faster than the log is wound.
         let winding = !self.playing && (self.goal > self.at || !self.begun);
@@ -144,40 +143,40 @@ impl Recording {
         self.wind(goal);
     }
 
-    fn start(&mut self, happened: &mut Vec<Happening>) {
+    fn start(&mut self, events: &mut Vec<FeedEvent>) {
         self.begun = true;
         self.at = 0;
         self.position = Duration::ZERO;
-        happened.push(Happening::Connection(Connection::Log(self.name.clone())));
-        happened.push(self.begin.clone());
+        events.push(FeedEvent::Connection(Connection::Log(self.name.clone())));
+        events.push(self.begin.clone());
     }
 }
 
-impl Source for Recording {
+impl Feed for Player {
     fn now(&self) -> Duration {
         self.now
     }
 
-    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+    fn poll(&mut self, timeout: Duration) -> Vec<FeedEvent> {
         self.now = self.now.saturating_add(timeout);
-        let mut happened = Vec::new();
+        let mut events = Vec::new();
         if !self.begun {
-            self.start(&mut happened);
+            self.start(&mut events);
         }
         if self.playing {
             let passed = Duration::try_from_secs_f64(timeout.as_secs_f64() * self.speed);
             self.position = self.position.saturating_add(passed.unwrap_or_default());
         }
-        while let Some((time, happening)) = self.entries.get(self.at) {
+        while let Some((time, event)) = self.entries.get(self.at) {
             let wound = self.at < self.goal;
             let due = wound || (self.playing && *time <= self.position);
-            if !due || happened.len() >= MOST {
+            if !due || events.len() >= MOST {
                 break;
             }
             if wound {
                 self.position = *time;
             }
-            happened.push(happening.clone());
+            events.push(event.clone());
             self.at += 1;
         }
         if self.at == self.entries.len() {
@@ -186,9 +185,9 @@ impl Source for Recording {
         let playback = self.playback();
         if self.told != Some(playback) {
             self.told = Some(playback);
-            happened.push(Happening::Playback(playback));
+            events.push(FeedEvent::Playback(playback));
         }
-        happened
+        events
     }
 
     fn send(&mut self, _command: &Command) {}
@@ -225,84 +224,84 @@ mod tests {
 
     const TICK: Duration = Duration::from_millis(100);
 
-    fn recording(entries: u64) -> Recording {
-        let begin = Happening::Begin(None);
+    fn player(entries: u64) -> Player {
+        let begin = FeedEvent::Begin(None);
         let command = Command::Ping;
-        let entry = Happening::Answer {
+        let entry = FeedEvent::Answer {
             command,
             result: Ok(()),
         };
         let entries = (0..entries).map(|i| (TICK * i as u32, entry.clone()));
-        Recording::new("a.mcap".into(), begin, entries.collect(), false)
+        Player::new("a.mcap".into(), begin, entries.collect(), false)
     }
 
-    fn shown(happened: &[Happening]) -> usize {
-        let entry = |h: &&Happening| matches!(h, Happening::Answer { .. });
-        happened.iter().filter(entry).count()
+    fn shown(events: &[FeedEvent]) -> usize {
+        let entry = |h: &&FeedEvent| matches!(h, FeedEvent::Answer { .. });
+        events.iter().filter(entry).count()
     }
 
-    fn begins(happened: &[Happening]) -> bool {
-        happened.iter().any(|h| matches!(h, Happening::Begin(_)))
+    fn begins(events: &[FeedEvent]) -> bool {
+        events.iter().any(|h| matches!(h, FeedEvent::Begin(_)))
     }
 
     #[test]
     fn entries_come_at_their_times() {
-        let mut recording = recording(10);
-        let first = recording.poll(Duration::ZERO);
+        let mut player = player(10);
+        let first = player.poll(Duration::ZERO);
         assert!(begins(&first));
         assert_eq!(shown(&first), 1);
-        assert_eq!(shown(&recording.poll(TICK)), 1);
-        assert_eq!(shown(&recording.poll(TICK / 2)), 0);
-        recording.control(Control::Faster);
-        assert_eq!(shown(&recording.poll(TICK)), 2);
-        recording.control(Control::PlayOrPause);
-        assert_eq!(shown(&recording.poll(TICK * 100)), 0);
-        recording.control(Control::PlayOrPause);
-        assert_eq!(shown(&recording.poll(TICK * 100)), 6);
-        assert!(recording.ended());
+        assert_eq!(shown(&player.poll(TICK)), 1);
+        assert_eq!(shown(&player.poll(TICK / 2)), 0);
+        player.control(Control::Faster);
+        assert_eq!(shown(&player.poll(TICK)), 2);
+        player.control(Control::PlayOrPause);
+        assert_eq!(shown(&player.poll(TICK * 100)), 0);
+        player.control(Control::PlayOrPause);
+        assert_eq!(shown(&player.poll(TICK * 100)), 6);
+        assert!(player.ended());
     }
 
     #[test]
     fn winding_back_shows_it_from_the_start() {
-        let mut recording = recording(10);
-        recording.control(Control::End);
-        assert_eq!(shown(&recording.poll(TICK)), 10);
-        recording.control(Control::Actions(-1));
-        let happened = recording.poll(TICK);
-        assert!(begins(&happened));
-        assert_eq!(shown(&happened), 9);
-        recording.control(Control::Actions(1));
-        assert_eq!(shown(&recording.poll(TICK)), 1);
-        recording.control(Control::Actions(-4));
-        assert_eq!(shown(&recording.poll(TICK)), 6);
-        recording.control(Control::Actions(-20));
-        assert_eq!(shown(&recording.poll(TICK)), 0);
-        recording.control(Control::Actions(20));
-        assert_eq!(shown(&recording.poll(TICK)), 10);
-        recording.control(Control::Start);
-        assert_eq!(shown(&recording.poll(TICK)), 0);
-        recording.control(Control::PlayOrPause);
-        assert_eq!(shown(&recording.poll(TICK)), 2, "it plays from the start");
+        let mut player = player(10);
+        player.control(Control::End);
+        assert_eq!(shown(&player.poll(TICK)), 10);
+        player.control(Control::Actions(-1));
+        let events = player.poll(TICK);
+        assert!(begins(&events));
+        assert_eq!(shown(&events), 9);
+        player.control(Control::Actions(1));
+        assert_eq!(shown(&player.poll(TICK)), 1);
+        player.control(Control::Actions(-4));
+        assert_eq!(shown(&player.poll(TICK)), 6);
+        player.control(Control::Actions(-20));
+        assert_eq!(shown(&player.poll(TICK)), 0);
+        player.control(Control::Actions(20));
+        assert_eq!(shown(&player.poll(TICK)), 10);
+        player.control(Control::Start);
+        assert_eq!(shown(&player.poll(TICK)), 0);
+        player.control(Control::PlayOrPause);
+        assert_eq!(shown(&player.poll(TICK)), 2, "it plays from the start");
     }
 
     #[test]
     fn playing_at_the_end_starts_anew() {
-        let mut recording = recording(3);
-        recording.control(Control::End);
-        recording.poll(TICK);
-        recording.control(Control::PlayOrPause);
-        let happened = recording.poll(Duration::ZERO);
-        assert!(begins(&happened));
-        assert_eq!(shown(&happened), 1);
+        let mut player = player(3);
+        player.control(Control::End);
+        player.poll(TICK);
+        player.control(Control::PlayOrPause);
+        let events = player.poll(Duration::ZERO);
+        assert!(begins(&events));
+        assert_eq!(shown(&events), 1);
     }
 
     #[test]
     fn a_long_log_is_wound_in_parts() {
-        let mut recording = recording(2 * MOST as u64);
-        recording.control(Control::End);
+        let mut player = player(2 * MOST as u64);
+        player.control(Control::End);
         let polls = (1..).find(|_| {
-            assert!(recording.poll(TICK).len() <= MOST + 2);
-            recording.ended()
+            assert!(player.poll(TICK).len() <= MOST + 2);
+            player.ended()
         });
         assert_eq!(polls, Some(3));
     }

@@ -1,4 +1,4 @@
-//! Reading the rover's knowledge chunk by chunk, beside everything else that is going on.
+//! Reading the rover's knowledge chunk by chunk, without blocking.
 
 use std::time::Duration;
 
@@ -6,26 +6,26 @@ use rover_shared::rover::MOST_BYTES;
 use rover_shared::wire::message::{Chunk, Command};
 use rover_shared::wire::transfer::{Progress, Transfer};
 
-/// How long a chunk is waited for before it is asked for again.
+/// How long to wait for a chunk before it is requested again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How often it is asked for before the reading is given up.
+/// Requests for a chunk before the reading is aborted.
 const ATTEMPTS: u8 = 5;
 
 /// A reading, or none.
 #[derive(Default)]
-pub struct Pull {
+pub struct KnowledgeReader {
     under_way: Option<UnderWay>,
 }
 
 struct UnderWay {
     transfer: Transfer,
     bytes: Vec<u8>,
-    /// When the chunk at the end of `bytes` was asked for; `None` if it is to be.
+    /// When the chunk at the end of `bytes` was requested; `None` if it was not yet.
     asked: Option<Duration>,
     attempts: u8,
 }
 
-impl Pull {
+impl KnowledgeReader {
     /// Whether a reading is under way.
     pub fn is_under_way(&self) -> bool {
         self.under_way.is_some()
@@ -41,7 +41,7 @@ impl Pull {
         });
     }
 
-    /// Gives up what was read so far.
+    /// Aborts the reading.
     pub fn abandon(&mut self) {
         self.under_way = None;
     }
@@ -64,7 +64,7 @@ impl Pull {
         })
     }
 
-    /// Takes a chunk; gives the whole after the last one.
+    /// Takes a chunk; returns the whole after the last one.
     pub fn take(&mut self, chunk: &Chunk) -> Option<Vec<u8>> {
         let pull = self.under_way.as_mut()?;
         match pull.transfer.accept(chunk) {
@@ -106,7 +106,7 @@ mod tests {
     fn chunks_are_asked_for_in_turn_until_the_whole_is_there() {
         let knowledge: Vec<u8> = (0..300).map(|i| i as u8).collect();
         let chunk = |at| chunk_at(&knowledge, fingerprint(&knowledge), at).unwrap();
-        let mut pull = Pull::default();
+        let mut pull = KnowledgeReader::default();
         let now = Duration::ZERO;
         assert_eq!(pull.next(now), None);
         pull.start();
@@ -125,7 +125,7 @@ mod tests {
     #[test]
     fn knowledge_that_changes_meanwhile_is_read_from_the_start() {
         let (one, other) = ([1; 300], [2; 300]);
-        let mut pull = Pull::default();
+        let mut pull = KnowledgeReader::default();
         pull.start();
         pull.next(Duration::ZERO);
         pull.take(&chunk_at(&one, fingerprint(&one), 0).unwrap());
@@ -135,8 +135,8 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_asked_for_ever() {
-        let mut pull = Pull::default();
+    fn requests_are_not_repeated_for_ever() {
+        let mut pull = KnowledgeReader::default();
         pull.start();
         let asked = (0..100).filter(|&s| pull.next(Duration::from_secs(s)).is_some());
         assert_eq!(asked.count(), usize::from(ATTEMPTS));

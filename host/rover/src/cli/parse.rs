@@ -54,7 +54,7 @@ pub fn advance(text: &str) -> Result<Micrometres, String> {
         ))
 }
 
-/// Where a log is to be written.
+/// The path of a log to write.
 pub fn log_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match path.extension() {

@@ -1,49 +1,49 @@
-//! How what is heard changes what is shown.
+//! How each event changes what is shown.
 
 use std::time::Duration;
 
-use rover_shared::contract::{ChannelHealth, CompassHealth, Counters, Refusal, State, Task};
+use rover_shared::contract::{ChannelHealth, Counters, Refusal, State, Task};
 use rover_shared::sensing::Sample;
 use rover_shared::sensing::ir::FRONT_RIGHT;
 use rover_shared::wire::message::{ActionRecord, Command, EventKind, Hello, Report, Status};
 
-use super::happening::{Connection, Happening, Origin};
-use super::model::{Action, Dashboard, HISTORY, Kind, Knowledge, Moment, Readings, Session, Why};
-use rover_link::explain_by_keys;
-use rover_link::{names, text};
+use super::feed::{Connection, FeedEvent, Origin};
+use super::model::{Action, Dashboard, HISTORY, Knowledge, Moment, Readings, Session, Why};
+use crate::lines::{self, Kind};
+use rover_link::names;
 use rover_log::Entry;
 use rover_simulator::experiment::{Ending, TaskKind};
 
-/// How long a state's readings are shown although an action has others, microseconds.
+/// How long the readings of a status take precedence over those of an action, microseconds.
 const LATELY: u64 = 3_000_000;
 
 impl Dashboard {
-    /// Takes what happened at `now` of the source's clock.
-    pub fn take(&mut self, now: Duration, happening: &Happening) {
+    /// Takes an event that came at `now` of the feed's clock.
+    pub fn take(&mut self, now: Duration, event: &FeedEvent) {
         self.now = now;
-        match happening {
-            Happening::Connection(connection) => self.connect(connection),
-            Happening::Report(report) => {
+        match event {
+            FeedEvent::Connection(connection) => self.connect(connection),
+            FeedEvent::Report(report) => {
                 self.heard = Some(now);
                 self.report(report);
             }
-            Happening::Answer { command, result } => {
+            FeedEvent::Answer { command, result } => {
                 self.heard = Some(now);
                 self.answer(command, *result);
             }
-            Happening::Unanswered { command, reason } => {
+            FeedEvent::Unanswered { command, reason } => {
                 let text = format!("{}: {reason}", names::command(command));
                 self.note(Kind::Trouble, text);
             }
-            Happening::Frames(counters) => self.frames = *counters,
-            Happening::Begin(origin) => self.begin(origin.as_ref()),
-            Happening::Knowledge(bytes) => self.learn_all(bytes),
-            Happening::Gap(reason) => {
+            FeedEvent::Frames(counters) => self.frames = *counters,
+            FeedEvent::Begin(origin) => self.begin(origin.as_ref()),
+            FeedEvent::Knowledge(bytes) => self.learn_all(bytes),
+            FeedEvent::Gap(reason) => {
                 self.note(Kind::Trouble, format!("a gap: {reason}"));
                 (self.state, self.motors_enabled) = (None, None);
             }
-            Happening::Logged(entry) => self.logged(entry),
-            Happening::Playback(playback) => self.playback = Some(*playback),
+            FeedEvent::Logged(entry) => self.logged(entry),
+            FeedEvent::Playback(playback) => self.playback = Some(*playback),
         }
     }
 
@@ -63,7 +63,6 @@ impl Dashboard {
     fn report(&mut self, report: &Report) {
         match report {
             Report::Hello(hello) => self.hello(hello),
-            Report::Ack(_) | Report::Knowledge(_) => {}
             Report::Status(status) => self.status(status),
             Report::Action(record) => self.acted(record),
             Report::Event(event) => {
@@ -75,18 +74,17 @@ impl Dashboard {
                 if let Some(counter) = self.counters.0.get_mut(fault.fault as usize) {
                     *counter = fault.count;
                 }
-                let begin = format!("fault: {}, ", names::fault(fault.fault));
-                // One that comes again and again takes one line.
-                if let Some(last) = self.notes.back()
-                    && last.text.starts_with(&begin)
-                {
+                // A fault that repeats takes one line.
+                let begin = lines::fault_begin(fault);
+                let last = self.notes.back();
+                if last.is_some_and(|last| last.line.text.starts_with(&begin)) {
                     self.notes.pop_back();
                 }
-                self.note(Kind::Trouble, format!("{begin}{} so far", fault.count));
             }
-            Report::LastWords(text) => {
-                self.note(Kind::Trouble, format!("before its last reset: {text}"));
-            }
+            Report::Ack(_) | Report::Knowledge(_) | Report::LastWords(_) => {}
+        }
+        if let Some(line) = lines::line(report) {
+            self.note_line(line);
         }
     }
 
@@ -94,12 +92,9 @@ impl Dashboard {
         // What was counted before may have been another rover's, or before a reset.
         self.counters = Counters::default();
         (self.state, self.motors_enabled) = (None, None);
-        let reset = names::reset(hello.reset);
-        let text = format!("{} {}: {reset}", hello.board, hello.firmware);
-        self.note(Kind::Fact, text);
         match (hello.knowledge, &self.knowledge) {
             (None, _) => self.knowledge = Knowledge::Unknown(Why::None),
-            // Unless it is exactly what was read, it may have learned while nobody listened.
+            // Unless it is exactly what was read, it may have learned in the meantime.
             (Some(theirs), Knowledge::Known(mirror))
                 if !(mirror.is_exact() && mirror.can_be(theirs)) =>
             {
@@ -137,41 +132,22 @@ impl Dashboard {
 
     fn event(&mut self, kind: EventKind) {
         match kind {
-            EventKind::State(state) => self.change_state(state),
-            EventKind::MoveEnded(outcome) => {
-                let text = format!("the host's move ended: {}", names::outcome(outcome));
-                self.note(Kind::Fact, text);
+            EventKind::State(state) => {
+                self.state = Some(state);
+                if !matches!(state, State::Driving(_)) {
+                    self.motors_enabled = Some(false);
+                }
             }
-            EventKind::Direction(direction) => {
-                self.direction = Some(direction);
-                self.note(
-                    Kind::Fact,
-                    format!("direction {}", text::compass(direction)),
-                );
-            }
-            EventKind::KnowledgeStored { fingerprint } => {
-                self.check_knowledge(fingerprint);
-                self.note(Kind::Fact, format!("knowledge {fingerprint:08x} is stored"));
-            }
+            EventKind::MoveEnded(_) => {}
+            EventKind::Direction(direction) => self.direction = Some(direction),
+            EventKind::KnowledgeStored { fingerprint } => self.check_knowledge(fingerprint),
             EventKind::Range { channel, health } => {
-                if let Some(place) = self
-                    .ranges
-                    .get_or_insert([ChannelHealth::Unknown; 4])
-                    .get_mut(usize::from(channel))
-                {
+                let ranges = self.ranges.get_or_insert([ChannelHealth::Unknown; 4]);
+                if let Some(place) = ranges.get_mut(usize::from(channel)) {
                     *place = health;
                 }
-                let name = names::channel(channel);
-                let fit = matches!(health, ChannelHealth::Good | ChannelHealth::NotFitted);
-                let text = format!("{name} range sensor: {}", names::channel_health(health));
-                self.note(if fit { Kind::Fact } else { Kind::Trouble }, text);
             }
-            EventKind::Compass(health) => {
-                self.compass = Some(health);
-                let fit = health == CompassHealth::Good;
-                let text = format!("compass: {}", names::compass_health(health));
-                self.note(if fit { Kind::Fact } else { Kind::Trouble }, text);
-            }
+            EventKind::Compass(health) => self.compass = Some(health),
             EventKind::Session {
                 mode,
                 seed,
@@ -183,23 +159,8 @@ impl Dashboard {
                     seed,
                     knowledge,
                 });
-                let name = names::mode(mode);
-                let text = format!("session: {name}, seed {seed}, knowledge {knowledge:08x}");
-                self.note(Kind::Fact, text);
             }
         }
-    }
-
-    fn change_state(&mut self, state: State) {
-        self.state = Some(state);
-        if !matches!(state, State::Driving(_)) {
-            self.motors_enabled = Some(false);
-        }
-        let kind = match state {
-            State::Faulted(_) => Kind::Trouble,
-            _ => Kind::Fact,
-        };
-        self.note(kind, names::loud_state(state));
     }
 
     /// The rover's knowledge has this fingerprint now.
@@ -216,14 +177,13 @@ impl Dashboard {
     }
 
     fn answer(&mut self, command: &Command, result: Result<(), Refusal>) {
-        // What the dashboard asks for by itself is nobody's business.
+        // Not what the dashboard requests by itself.
         if matches!(
             command,
             Command::ReadStatus | Command::PullKnowledge { .. } | Command::Ping
         ) {
             return;
         }
-        let name = names::command(command);
         match result {
             Ok(()) => {
                 self.refused = None;
@@ -233,12 +193,11 @@ impl Dashboard {
                     Command::NewKnowledge => self.knowledge = Knowledge::Unknown(Why::Replaced),
                     _ => {}
                 }
-                self.note(Kind::Fact, format!("done: {name}"));
+                self.note(Kind::Fact, format!("done: {}", names::command(command)));
             }
             Err(refusal) => {
                 self.refused = Some((command.clone(), refusal));
-                let text = format!("refused: {name}: {}", explain_by_keys(refusal));
-                self.note(Kind::Trouble, text);
+                self.note(Kind::Trouble, lines::refused(command, refusal));
             }
         }
     }
@@ -256,8 +215,7 @@ impl Dashboard {
         });
     }
 
-    /// Takes the readings that an action began with, unless the state that was asked for lately
-    /// says more.
+    /// Takes the readings that an action began with, unless a recent status holds more.
     fn read(&mut self, time: Option<u64>, counts: Option<[u16; 4]>, sample: &Sample) {
         let lately = self.readings.filter(|readings| {
             let (then, now) = (readings.time.unwrap_or(0), time.unwrap_or(0));

@@ -1,23 +1,21 @@
-//! A rover at the end of a port as a source.
+//! A rover at the end of a port as a feed.
 
 use std::time::Duration;
 
 use rover_shared::time::{Duration as Span, Instant};
 use rover_shared::wire::message::{Ack, Command, Report};
 
-use super::happening::{Connection, Happening};
-use super::source::Source;
-use rover_link::names;
-use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts};
+use super::feed::{Connection, Feed, FeedEvent};
+use rover_link::{ANSWER_WITHIN, Client, Counters, LinkError, attempts, names};
 
 /// Commands that may wait for answers: a silent rover gets no more but a disarming.
 const MOST_PENDING: usize = 8;
 
 /// A rover that is watched.
-pub struct Live {
+pub struct RoverFeed {
     client: Client,
-    /// What is to be given by the next poll.
-    happened: Vec<Happening>,
+    /// What the next poll returns.
+    events: Vec<FeedEvent>,
     connected: bool,
     /// Why the connection was last lost.
     lost: Option<String>,
@@ -38,7 +36,7 @@ struct Pending {
 }
 
 impl Pending {
-    /// A later command has been given: sent again, this one would come after it. Only a disarming
+    /// A later command was sent, and a repetition of this one would come after it: only a disarming
     /// may.
     fn overtake(&mut self) {
         if self.command != Command::Disarm {
@@ -47,7 +45,7 @@ impl Pending {
     }
 }
 
-/// Whether a command only asks, so that it does not matter which comes first.
+/// Whether a command only reads, so that the order does not matter.
 fn only_asks(command: &Command) -> bool {
     matches!(
         command,
@@ -55,57 +53,56 @@ fn only_asks(command: &Command) -> bool {
     )
 }
 
-impl Live {
-    /// A rover that was introduced.
+impl RoverFeed {
+    /// A connected rover.
     pub fn new(mut client: Client) -> Self {
         client.keep_answers(true);
-        let mut live = Self {
+        let mut feed = Self {
             counters: client.counters(),
             client,
-            happened: Vec::new(),
+            events: Vec::new(),
             connected: false,
             lost: None,
             pending: Vec::new(),
         };
-        live.connect();
-        live
+        feed.connect();
+        feed
     }
 
     fn connect(&mut self) {
         self.connected = true;
         let port = self.client.port_name().to_owned();
         let hello = Report::Hello(self.client.hello().clone());
-        self.happened.extend([
-            Happening::Connection(Connection::Open(port)),
-            Happening::report(hello),
+        self.events.extend([
+            FeedEvent::Connection(Connection::Open(port)),
+            FeedEvent::report(hello),
         ]);
     }
 
     fn lose(&mut self, error: &LinkError) {
         let reason = error.to_string();
-        // Said once for each reason, however often it is tried.
+        // Once for each reason, however many attempts fail.
         if self.connected || self.lost.as_ref() != Some(&reason) {
             let lost = Connection::Lost(reason.clone());
-            self.happened.push(Happening::Connection(lost));
+            self.events.push(FeedEvent::Connection(lost));
         }
         for Pending { command, .. } in self.pending.drain(..) {
             let reason = reason.clone();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         }
         self.lost = Some(reason);
         self.connected = false;
     }
 
-    /// Hears what comes within `span`.
-    fn hear(&mut self, span: Span) {
+    /// Takes the reports that come within `span`.
+    fn receive(&mut self, span: Span) {
         let until = self.client.now().after(span);
         loop {
             let left = until.since(self.client.now());
             match self.client.next(left) {
                 Ok(Some(received)) => match received.report {
                     Report::Ack(ack) => self.acknowledged(ack),
-                    report => self.happened.push(Happening::report(report)),
+                    report => self.events.push(FeedEvent::report(report)),
                 },
                 Ok(None) => return,
                 Err(error) => return self.lose(&error),
@@ -122,11 +119,11 @@ impl Live {
         if let Some(i) = self.pending.iter().position(of) {
             let command = self.pending.remove(i).command;
             let result = ack.result;
-            self.happened.push(Happening::Answer { command, result });
+            self.events.push(FeedEvent::Answer { command, result });
         }
     }
 
-    /// Sends commands again whose answers are late, or gives them up.
+    /// Sends unanswered commands again, or gives them up.
     fn repeat(&mut self) {
         let now = self.client.now();
         let (late, waiting) = std::mem::take(&mut self.pending)
@@ -138,13 +135,12 @@ impl Live {
                 self.post(command, left);
             } else {
                 let reason = LinkError::Silent(names::command(&command)).to_string();
-                self.happened
-                    .push(Happening::Unanswered { command, reason });
+                self.events.push(FeedEvent::Unanswered { command, reason });
             }
         }
     }
 
-    /// Sends a command that may be sent so many times from now on.
+    /// Sends a command, which may be sent `times` times in all from now on.
     fn post(&mut self, command: Command, times: u32) {
         match self.client.post(&command) {
             Ok(sequence) => self.pending.push(Pending {
@@ -155,8 +151,7 @@ impl Live {
             }),
             Err(error) => {
                 let reason = error.to_string();
-                self.happened
-                    .push(Happening::Unanswered { command, reason });
+                self.events.push(FeedEvent::Unanswered { command, reason });
                 self.lose(&error);
             }
         }
@@ -164,7 +159,7 @@ impl Live {
 
     /// Tries to connect again for `span`.
     fn retry(&mut self, span: Span) {
-        // What is said while hosts are introduced is none of the dashboard's business.
+        // Answers to the hello are not the dashboard's.
         self.client.keep_answers(false);
         let tried = self.client.reconnect(span, &|| false);
         self.client.keep_answers(true);
@@ -177,15 +172,15 @@ impl Live {
     }
 }
 
-impl Source for Live {
+impl Feed for RoverFeed {
     fn now(&self) -> Duration {
         Duration::from_micros(self.client.now().0)
     }
 
-    fn poll(&mut self, timeout: Duration) -> Vec<Happening> {
+    fn poll(&mut self, timeout: Duration) -> Vec<FeedEvent> {
         let span = Span(u64::try_from(timeout.as_micros()).unwrap_or(u64::MAX));
         if self.connected {
-            self.hear(span);
+            self.receive(span);
             self.repeat();
         } else {
             self.retry(span);
@@ -193,21 +188,19 @@ impl Source for Live {
         let counters = self.client.counters();
         if counters != self.counters {
             self.counters = counters;
-            self.happened.push(Happening::Frames(counters));
+            self.events.push(FeedEvent::Frames(counters));
         }
-        std::mem::take(&mut self.happened)
+        std::mem::take(&mut self.events)
     }
 
     fn send(&mut self, command: &Command) {
         let command = command.clone();
         if !self.connected {
             let reason = "the rover is not connected".into();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         } else if self.pending.len() >= MOST_PENDING && command != Command::Disarm {
             let reason = "the rover has not answered the commands before".into();
-            self.happened
-                .push(Happening::Unanswered { command, reason });
+            self.events.push(FeedEvent::Unanswered { command, reason });
         } else {
             if !only_asks(&command) {
                 self.pending.iter_mut().for_each(Pending::overtake);

@@ -1,54 +1,55 @@
-//! Watching a source: what is asked of it unbidden, what keys ask for, and when it is over.
+//! The dashboard at work: periodic requests, keys, and the end.
 
 use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use rover_shared::wire::message::{Command, Report};
 
-use super::happening::{Connection, Happening};
+use super::feed::Feed;
+use super::feed::{Connection, FeedEvent};
 use super::keys::{Meaning, Prompt, Typed, meaning};
-use super::model::{Dashboard, Kind, Knowledge, Why};
-use super::pull::Pull;
-use super::source::Source;
+use super::knowledge_reader::KnowledgeReader;
+use super::model::{Dashboard, Knowledge, Why};
+use crate::lines::Kind;
 
-/// How often the rover's state is asked for.
+/// Period of requests for the rover's status.
 const STATUS: Duration = Duration::from_millis(500);
-/// How long to wait before its knowledge is read anew after a failure.
+/// Time between two attempts to read its knowledge.
 const AGAIN: Duration = Duration::from_secs(5);
 
-/// A dashboard and what it is up to.
+/// A dashboard, its input and its requests.
 #[derive(Default)]
-pub struct Watch {
+pub struct App {
     /// What is shown.
     pub dashboard: Dashboard,
     /// A direction being typed.
     pub prompt: Option<Prompt>,
     /// Whether all keys are shown.
     pub help: bool,
-    pull: Pull,
-    /// When a reading was last begun.
+    reader: KnowledgeReader,
+    /// When its last reading began.
     pulled: Option<Duration>,
-    /// When the state was last asked for.
+    /// When the status was last requested.
     asked: Option<Duration>,
     over: bool,
     disarms: bool,
 }
 
-impl Watch {
-    /// Whether the user has seen enough.
+impl App {
+    /// Whether the user has quit.
     pub fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Whether the rover was told to stop when it ended.
+    /// Whether quitting has sent a disarming.
     pub fn disarms(&self) -> bool {
         self.disarms
     }
 
-    /// Takes what happened at `now` of the source's clock.
-    pub fn take(&mut self, now: Duration, happening: &Happening) {
-        match happening {
-            Happening::Report(report) => {
+    /// Takes an event that came at `now` of the feed's clock.
+    pub fn take(&mut self, now: Duration, event: &FeedEvent) {
+        match event {
+            FeedEvent::Report(report) => {
                 if let Report::Knowledge(chunk) = &**report {
                     self.chunk(chunk);
                 }
@@ -56,21 +57,21 @@ impl Watch {
                     self.forget_requests();
                 }
             }
-            Happening::Answer {
+            FeedEvent::Answer {
                 command: Command::PullKnowledge { .. },
                 result: Err(_),
-            } => self.pull.abandon(),
-            Happening::Connection(_) => self.forget_requests(),
+            } => self.reader.abandon(),
+            FeedEvent::Connection(_) => self.forget_requests(),
             _ => {}
         }
-        self.dashboard.take(now, happening);
+        self.dashboard.take(now, event);
     }
 
-    /// Asks the rover for what is to be known by now.
-    pub fn ask(&mut self, source: &mut dyn Source) {
-        let now = source.now();
+    /// Sends the requests that are due.
+    pub fn ask(&mut self, feed: &mut dyn Feed) {
+        let now = feed.now();
         self.dashboard.now = now;
-        if source.is_log()
+        if feed.is_log()
             || self.dashboard.rover.is_none()
             || !matches!(self.dashboard.connection, Connection::Open(_))
         {
@@ -80,21 +81,21 @@ impl Watch {
             |then: Option<Duration>, after| then.is_none_or(|t| now.saturating_sub(t) >= after);
         if due(self.asked, STATUS) {
             self.asked = Some(now);
-            source.send(&Command::ReadStatus);
+            feed.send(&Command::ReadStatus);
         }
-        if self.wants_knowledge() && !self.pull.is_under_way() && due(self.pulled, AGAIN) {
+        if self.wants_knowledge() && !self.reader.is_under_way() && due(self.pulled, AGAIN) {
             self.pulled = Some(now);
-            self.pull.start();
+            self.reader.start();
         }
-        if let Some(command) = self.pull.next(now) {
-            source.send(&command);
+        if let Some(command) = self.reader.next(now) {
+            feed.send(&command);
         }
     }
 
     /// Takes a key.
-    pub fn key(&mut self, key: KeyEvent, source: &mut dyn Source) {
+    pub fn key(&mut self, key: KeyEvent, feed: &mut dyn Feed) {
         let ctrl = key.modifiers.contains(KeyModifiers::CONTROL);
-        // Stopping comes before everything else, a half-typed number too.
+        // Stopping has priority over a half-typed number.
         let stops = key.code == KeyCode::Char(' ') || ctrl;
         if let Some(prompt) = &mut self.prompt
             && !stops
@@ -104,28 +105,28 @@ impl Watch {
                 Typed::Away => self.prompt = None,
                 Typed::Direction(direction) => {
                     self.prompt = None;
-                    source.send(&Command::SetDirection(direction));
+                    feed.send(&Command::SetDirection(direction));
                 }
             }
             return;
         }
-        if let Some(meaning) = meaning(key, source.is_log()) {
+        if let Some(meaning) = meaning(key, feed.is_log()) {
             self.prompt = None;
-            self.act(meaning, source);
+            self.act(meaning, feed);
         }
     }
 
-    /// Does what a key, or a typed line, asks for.
-    pub fn act(&mut self, meaning: Meaning, source: &mut dyn Source) {
+    /// Carries out a key or a typed line.
+    pub fn act(&mut self, meaning: Meaning, feed: &mut dyn Feed) {
         match meaning {
-            Meaning::Command(command) => source.send(&command),
-            Meaning::Control(control) => source.control(control),
+            Meaning::Command(command) => feed.send(&command),
+            Meaning::Control(control) => feed.control(control),
             Meaning::Turn(by) => match self.dashboard.direction {
                 Some(direction) => {
                     let turned = direction.turned(by);
                     // Two presses in a row turn twice, whether or not the first was answered.
                     self.dashboard.direction = Some(turned);
-                    source.send(&Command::SetDirection(turned));
+                    feed.send(&Command::SetDirection(turned));
                 }
                 None => {
                     let text = "the direction is not known yet; type one with g";
@@ -135,8 +136,8 @@ impl Watch {
             Meaning::Type => self.prompt = Some(Prompt::default()),
             Meaning::Help => self.help = !self.help,
             Meaning::Quit => {
-                if !source.is_log() {
-                    source.send(&Command::Disarm);
+                if !feed.is_log() {
+                    feed.send(&Command::Disarm);
                     self.disarms = true;
                 }
                 self.over = true;
@@ -160,7 +161,7 @@ impl Watch {
     }
 
     fn chunk(&mut self, chunk: &rover_shared::wire::message::Chunk) {
-        let Some(bytes) = self.pull.take(chunk) else {
+        let Some(bytes) = self.reader.take(chunk) else {
             return;
         };
         let followed = self.dashboard.mirror().cloned();
@@ -175,7 +176,7 @@ impl Watch {
     }
 
     fn forget_requests(&mut self) {
-        self.pull.abandon();
+        self.reader.abandon();
         (self.pulled, self.asked) = (None, None);
     }
 }
