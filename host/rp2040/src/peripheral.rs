@@ -68,6 +68,11 @@ impl Write {
     }
 }
 
+/// These bits if something is so, and none otherwise.
+pub const fn flag(set: bool, bits: u32) -> u32 {
+    if set { bits } else { 0 }
+}
+
 /// A block of registers on the bus.
 pub trait Peripheral {
     /// Reads the register at this offset, with whatever reading does to it. Offsets are multiples

@@ -2,9 +2,10 @@
 
 use super::arithmetic::sign_extend;
 use super::bus::Bus;
+use super::core::Core;
 use super::decode::immediate;
+use super::fault::{Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 use super::registers::{Flags, LR, PC};
-use super::{Core, Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 
 /// BL takes a cycle more than other branches.
 const BRANCH_WITH_LINK: Executed = Ok(3);

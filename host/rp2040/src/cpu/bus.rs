@@ -1,6 +1,6 @@
 //! What the core is connected to.
 
-use super::Registers;
+use super::registers::Registers;
 
 /// The bus answered an access with an error: nothing is at that address, or it refuses the access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

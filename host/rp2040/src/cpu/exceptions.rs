@@ -7,9 +7,10 @@
 //! with an exception pending goes straight to that one, as the hardware does (tail-chaining).
 
 use super::bus::{Bus, BusFault};
+use super::core::{Activity, Core};
+use super::fault::{Executed, FaultCause, FaultReport, Trap};
 use super::nvic::exception::{HARD_FAULT, NMI, SVCALL};
 use super::registers::{Flags, LR, Registers, SP};
-use super::{Activity, Core, Executed, FaultCause, FaultReport, Trap};
 
 /// Cycles from the end of an instruction to the first of the handler, by the Technical Reference
 /// Manual's interrupt latency without wait states.

@@ -6,10 +6,11 @@
 
 use super::arithmetic::sign_extend;
 use super::bus::{Bus, BusFault};
+use super::core::Core;
 use super::decode::{immediate, register};
+use super::fault::{Executed, FaultCause, Trap};
 use super::registers::{LR, PC, SP};
 use super::system::is_system_control_space;
-use super::{Core, Executed, FaultCause, Trap};
 
 impl Core {
     #[cold]

@@ -1,7 +1,8 @@
 //! One channel: its registers in all four orders, its sequence of transfers
 //! (RP2040 datasheet 2.5.1, 2.5.2 and 2.5.7).
 
-use super::{Outcome, Size, Transfer, Write};
+use super::transfer::{Outcome, Size, Transfer};
+use crate::peripheral::Write;
 
 /// Bits of CTRL.
 pub mod ctrl {

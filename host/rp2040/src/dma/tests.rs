@@ -1,6 +1,7 @@
 use super::channel::ctrl::*;
+use super::registers::*;
 use super::*;
-use crate::peripheral::Alias;
+use crate::peripheral::{Alias, Cycles, Peripheral as _, Write};
 
 const READ_ADDR: u32 = 0x00;
 const WRITE_ADDR: u32 = 0x04;

@@ -3,7 +3,8 @@
 //! Whatever is changed from outside may concern the core at once: the machine looks after everything
 //! before it goes on.
 
-use super::{Load, Machine, OutsideRam};
+use super::load::Load;
+use super::state::{Machine, OutsideRam};
 use crate::adc::Adc;
 use crate::boot_rom;
 use crate::bus::{Boot, FLASH};

@@ -4,8 +4,9 @@ use super::*;
 use crate::boot_rom::{BOOT2_ADDRESS, BOOT2_SIZE};
 use crate::bus::{Boot, FLASH};
 use crate::cpu::FaultCause;
-use crate::elf::Segment;
-use crate::incident::Incident;
+use crate::elf::{Image, Segment};
+use crate::incident::{Incident, Kind};
+use crate::peripheral::Cycles;
 use crate::pins::Output;
 
 /// A machine with this program.

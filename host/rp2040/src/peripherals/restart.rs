@@ -1,6 +1,6 @@
 //! What resets do to the peripherals.
 
-use super::Peripherals;
+use super::blocks::Peripherals;
 use crate::clocks::Clocks;
 use crate::gpio::IoBank0;
 use crate::pads::Pads;

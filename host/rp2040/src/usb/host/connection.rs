@@ -1,8 +1,8 @@
 //! A serial port in use: what the host has to remember of both directions.
 
-use super::super::controller::Pid;
-use super::super::descriptor::SerialPort;
-use super::super::enumeration::Request;
+use crate::usb::controller::Pid;
+use crate::usb::descriptor::SerialPort;
+use crate::usb::enumeration::Request;
 
 /// A serial port in use.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ mod interpolator;
 use divider::Divider;
 use interpolator::{Interpolator, Kind};
 
-use super::peripheral::Cycles;
+use crate::peripheral::Cycles;
 
 const CPUID: u32 = 0x000;
 const GPIO_IN: u32 = 0x004;

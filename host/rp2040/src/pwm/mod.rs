@@ -6,8 +6,8 @@
 //!
 //! Not modelled: counting pulses at the B pins (DIVMODE 1 to 3, in which the counter stands).
 
-use super::peripheral::{Cycles, Peripheral, Write};
-use super::pins::Pulses;
+use crate::peripheral::{Cycles, Peripheral, Write};
+use crate::pins::Pulses;
 
 #[cfg(test)]
 mod tests;

@@ -6,8 +6,8 @@ mod memory;
 
 pub use memory::{FLASH_SIZE, FLASH_START, Memory, RAM_SIZE, RAM_START};
 
-use super::cpu::{Activity, Core, FaultReport};
-use super::elf::Image;
+use crate::cpu::{Activity, Core, FaultReport};
+use crate::elf::Image;
 
 /// A program that does not fit into the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

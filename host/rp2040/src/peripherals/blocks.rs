@@ -1,28 +1,26 @@
-//! All register blocks: where they are, what resets them, and what they do to each other.
+//! The blocks by address, in reset or not, their events and interrupt lines.
 
-mod restart;
-
-use super::adc::{self, Adc};
-use super::clocks::Clocks;
-use super::dma::{self, Dma, treq};
-use super::gpio::{self, IoBank0};
-use super::i2c::{self, I2c};
-use super::latches::{self, Latches};
-use super::pads::Pads;
-use super::peripheral::{Alias, Cycles, Peripheral, Write};
-use super::pins::Output;
-use super::pll::Pll;
-use super::psm::{Psm, stage};
-use super::pwm::{self, Pwm};
-use super::resets::{Resets, subsystem};
-use super::rosc::Rosc;
-use super::sio::Sio;
-use super::sysinfo::SysInfo;
-use super::timer::Timer;
-use super::usb::Usb;
-use super::vreg_and_chip_reset::{ChipReset, VregAndChipReset};
-use super::watchdog::{Tick, Watchdog};
-use super::xosc::Xosc;
+use crate::adc::{self, Adc};
+use crate::clocks::Clocks;
+use crate::dma::{self, Dma, treq};
+use crate::gpio::{self, IoBank0};
+use crate::i2c::{self, I2c};
+use crate::latches::{self, Latches};
+use crate::pads::Pads;
+use crate::peripheral::{Alias, Cycles, Peripheral, Write};
+use crate::pins::Output;
+use crate::pll::Pll;
+use crate::psm::{Psm, stage};
+use crate::pwm::{self, Pwm};
+use crate::resets::{Resets, subsystem};
+use crate::rosc::Rosc;
+use crate::sio::Sio;
+use crate::sysinfo::SysInfo;
+use crate::timer::Timer;
+use crate::usb::Usb;
+use crate::vreg_and_chip_reset::{ChipReset, VregAndChipReset};
+use crate::watchdog::{Tick, Watchdog};
+use crate::xosc::Xosc;
 
 /// Where the blocks are (RP2040 datasheet 2.2).
 mod base {
@@ -92,35 +90,35 @@ pub struct Unmodelled {
 /// The blocks on APB and AHB-Lite, and SIO.
 #[derive(Clone, Debug)]
 pub struct Peripherals {
-    pub(super) sio: Sio,
-    pub(super) io_bank0: IoBank0,
-    pub(super) pads: Pads,
-    pub(super) adc: Adc,
-    pub(super) dma: Dma,
-    pub(super) i2c0: I2c,
-    pub(super) i2c1: I2c,
+    pub(crate) sio: Sio,
+    pub(crate) io_bank0: IoBank0,
+    pub(crate) pads: Pads,
+    pub(crate) adc: Adc,
+    pub(crate) dma: Dma,
+    pub(crate) i2c0: I2c,
+    pub(crate) i2c1: I2c,
     /// The pins that the buses are wired to: data and clock.
-    pub(super) i2c_pins: [Option<[usize; 2]>; 2],
-    pub(super) usb: Usb,
-    pwm: Pwm,
-    pub(super) timer: Timer,
-    pub(super) watchdog: Watchdog,
-    pub(super) psm: Psm,
-    pub(super) resets: Resets,
-    clocks: Clocks,
-    xosc: Xosc,
-    rosc: Rosc,
-    pll_sys: Pll,
-    pll_usb: Pll,
-    vreg_and_chip_reset: VregAndChipReset,
-    sysinfo: SysInfo,
-    syscfg: Latches,
-    io_qspi: Latches,
-    pads_qspi: Latches,
-    busctrl: Latches,
-    tbman: Latches,
+    pub(crate) i2c_pins: [Option<[usize; 2]>; 2],
+    pub(crate) usb: Usb,
+    pub(super) pwm: Pwm,
+    pub(crate) timer: Timer,
+    pub(crate) watchdog: Watchdog,
+    pub(crate) psm: Psm,
+    pub(crate) resets: Resets,
+    pub(super) clocks: Clocks,
+    pub(super) xosc: Xosc,
+    pub(super) rosc: Rosc,
+    pub(super) pll_sys: Pll,
+    pub(super) pll_usb: Pll,
+    pub(super) vreg_and_chip_reset: VregAndChipReset,
+    pub(super) sysinfo: SysInfo,
+    pub(super) syscfg: Latches,
+    pub(super) io_qspi: Latches,
+    pub(super) pads_qspi: Latches,
+    pub(super) busctrl: Latches,
+    pub(super) tbman: Latches,
     /// What the pins are held at from outside.
-    pub(super) outside: [Option<bool>; gpio::PINS],
+    pub(crate) outside: [Option<bool>; gpio::PINS],
     unmodelled: Option<Unmodelled>,
 }
 
@@ -263,7 +261,7 @@ impl Peripherals {
     }
 
     /// Until when the core has to wait where it reads this register.
-    pub(super) fn wait_at(&self, address: u32, now: Cycles) -> Option<Cycles> {
+    pub(crate) fn wait_at(&self, address: u32, now: Cycles) -> Option<Cycles> {
         if address & BLOCK_MASK != base::XOSC {
             return None;
         }
@@ -271,7 +269,7 @@ impl Peripherals {
     }
 
     /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
-    pub(super) fn dma_requests(&self) -> u64 {
+    pub(crate) fn dma_requests(&self) -> u64 {
         [
             (self.i2c0.transmit_request(), treq::I2C0_TX),
             (self.i2c0.receive_request(), treq::I2C0_RX),
@@ -285,7 +283,7 @@ impl Peripherals {
     }
 
     /// Hands the wraps of PWM counters that DMA channels wait for to the DMA controller.
-    pub(super) fn pass_on_wraps(&mut self) {
+    pub(crate) fn pass_on_wraps(&mut self) {
         let awaited = self.dma.awaited() >> treq::PWM_WRAP0;
         self.pwm.await_wraps(awaited as u32);
         let wraps = self.pwm.take_wraps();
