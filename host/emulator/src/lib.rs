@@ -7,8 +7,10 @@
 //! | [`cmps03`] | the compass as a device on the I2C bus |
 //! | [`emulation`] | board, vehicle and USB cable together: [`emulation::Emulation`] |
 //! | [`port`] | the board's serial port, as [`rover_link::Port`] |
+//! | [`profile`] | how long the action cycles of the program take |
 
 pub mod cmps03;
 pub mod emulation;
 pub mod port;
+pub mod profile;
 pub mod vehicle;

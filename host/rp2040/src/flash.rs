@@ -131,7 +131,7 @@ impl Flash {
         self.mapped = if mapped { SIZE as u32 } else { 0 };
     }
 
-    /// Operations that were carried out since the board was made.
+    /// Operations that were carried out since the machine was made.
     pub const fn operations(&self) -> u64 {
         self.completed
     }

@@ -1,4 +1,4 @@
-//! What a board would not tell by itself: faults, resets, power cuts.
+//! Faults, resets and power cuts, which a real chip does not report.
 
 use super::cpu::FaultReport;
 use super::peripheral::Cycles;
@@ -20,7 +20,7 @@ pub struct Incident {
 pub enum Kind {
     /// A HardFault, which the program handles.
     HardFault(FaultReport),
-    /// A fault where no HardFault can be taken. Only a reset, the watchdog's say, helps.
+    /// A fault where no HardFault can be taken. Only a reset helps, as that of the watchdog.
     Lockup(FaultReport),
     /// The watchdog's reset.
     Watchdog {

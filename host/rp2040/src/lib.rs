@@ -27,6 +27,8 @@ mod boot_services;
 pub mod bus;
 mod clocks;
 pub mod cpu;
+#[cfg(feature = "defmt")]
+pub mod defmt;
 pub mod dma;
 mod dma_transfers;
 pub mod elf;
@@ -43,18 +45,18 @@ pub mod peripherals;
 pub mod pins;
 mod pll;
 pub mod probe;
-pub mod profile;
 mod psm;
 pub mod pwm;
 mod resets;
 mod rosc;
-#[cfg(feature = "defmt")]
+
 pub mod rtt;
 mod sio;
 mod ssi;
 mod stack;
 mod sysinfo;
 mod timer;
+pub mod uf2;
 pub mod usb;
 mod vreg_and_chip_reset;
 mod watchdog;

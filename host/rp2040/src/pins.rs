@@ -2,6 +2,8 @@
 
 use super::gpio::Override;
 
+pub use super::gpio::PINS;
+
 /// What the chip drives a pin to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
@@ -37,8 +39,7 @@ impl Pulses {
 }
 
 impl Output {
-    /// The share of the time that the pin is high: 0 if it floats, for the board's resistors pull it
-    /// down.
+    /// The share of the time that the pin is high, 0 to 1; 0 if it floats.
     pub fn duty(self) -> f64 {
         match self {
             Self::Floating | Self::Level(false) => 0.0,

@@ -52,7 +52,7 @@ impl Xosc {
         }
     }
 
-    /// Until when whoever reads STATUS has to wait for STABLE, if it was switched on.
+    /// When a read of STATUS that waits for STABLE may go on, if the oscillator was switched on.
     ///
     /// Programs poll for it, some 128 ms long. The machine does not step them through that: it lets
     /// the core wait at the first read, which comes to the same.

@@ -85,7 +85,9 @@ impl Emulation {
         seed: u64,
     ) -> Result<Self, OutsideFlash> {
         let mut machine = Machine::new(image, seed)?;
-        machine.attach_i2c(wiring::COMPASS_PINS, Compass::default());
+        machine
+            .attach_i2c(wiring::COMPASS_PINS, Compass::default())
+            .expect("pins of one controller");
         let cable = Cable::new(&mut machine, seed);
         let mut emulation = Self {
             vehicle: Vehicle::new(scenario, &Build::ROVER, seed),

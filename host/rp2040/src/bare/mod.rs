@@ -129,7 +129,7 @@ impl Bare {
         self.core.reset(&mut self.memory, vector_table);
     }
 
-    /// Executes one instruction, or takes one exception; gives its cycles.
+    /// Executes one instruction, or takes one exception; returns its cycles.
     #[inline]
     pub fn step(&mut self) -> u32 {
         let cycles = self.core.step(&mut self.memory);

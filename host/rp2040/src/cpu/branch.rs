@@ -12,7 +12,7 @@ const BRANCH_WITH_LINK: Executed = Ok(3);
 
 impl Core {
     /// BXWritePC(): in Handler mode an EXC_RETURN value returns from the exception, elsewhere bit 0
-    /// is the new instruction set state. Gives the cycles of the branch.
+    /// is the new instruction set state. Returns the cycles of the branch.
     #[inline(always)]
     pub(super) fn bx_write_pc<B: Bus>(&mut self, bus: &mut B, address: u32) -> Executed {
         if address >> 28 == 0xf && self.registers.handler_mode() {

@@ -74,7 +74,7 @@ impl Core {
         }
     }
 
-    /// Executes one instruction, or takes one exception; gives the cycles that took, which SysTick
+    /// Executes one instruction, or takes one exception; returns the cycles that took, which SysTick
     /// has counted. 0 if the core sleeps on, is locked up, or waits for a
     /// [reset that it asked for](Self::take_reset_request).
     #[inline]

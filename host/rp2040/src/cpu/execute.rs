@@ -7,7 +7,7 @@ use super::fault::{Executed, FaultCause, Trap};
 use super::miscellaneous::UNDEFINED;
 
 impl Core {
-    /// Executes the instruction that begins with the halfword `op`; gives its cycles.
+    /// Executes the instruction that begins with the halfword `op`; returns its cycles.
     #[inline(always)]
     pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, op: u16) -> Executed {
         let r = &mut self.registers;

@@ -17,7 +17,7 @@ pub(super) enum Trap {
 
 /// What led to a HardFault.
 // As wide as the cycles, so that a result of either is two registers and is never packed into one:
-// this is what every instruction gives.
+// every instruction returns this.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[repr(u32)]
 pub enum FaultCause {
@@ -27,7 +27,7 @@ pub enum FaultCause {
     /// A branch or vector had bit 0 clear.
     #[error("execution without the Thumb bit")]
     NotThumb,
-    /// The bus refused to give the instruction.
+    /// The instruction fetch ended in a bus error.
     #[error("no memory to fetch an instruction from")]
     Fetch,
     /// The bus refused a load or store, or unprivileged code wanted the System Control Space.

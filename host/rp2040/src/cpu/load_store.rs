@@ -334,7 +334,7 @@ impl Core {
         Ok(cycles + self.bx_write_pc(bus, target)?)
     }
 
-    /// Loads ascending registers from ascending words, all or none; gives the address behind them.
+    /// Loads ascending registers from ascending words, all or none; returns the address behind them.
     #[inline(always)]
     fn load_low_registers<B: Bus>(
         &mut self,
@@ -358,7 +358,7 @@ impl Core {
         Ok(address)
     }
 
-    /// Stores ascending registers to ascending words; gives the address behind them.
+    /// Stores ascending registers to ascending words; returns the address behind them.
     #[inline(always)]
     fn store_low_registers<B: Bus>(
         &mut self,

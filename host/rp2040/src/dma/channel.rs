@@ -95,7 +95,7 @@ impl Channel {
         self.ctrl | busy | self.errors | any_error
     }
 
-    /// Gives what the register was set to.
+    /// Returns what the register was set to.
     pub fn write(&mut self, register: u32, write: Write) -> u32 {
         let value = write.onto(self.read(register));
         match ORDER[(register / 4) as usize] {

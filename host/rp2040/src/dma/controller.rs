@@ -7,7 +7,7 @@ use super::timer::Timer;
 use super::transfer::{Outcome, Transfer};
 use crate::peripheral::{Cycles, Peripheral, Write};
 
-/// Requests that nobody outside has to make.
+/// Requests that are the controller's own.
 const OWN_REQUESTS: u64 = !0 << treq::TIMER0;
 const TIMERS: usize = 4;
 

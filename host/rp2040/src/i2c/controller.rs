@@ -94,10 +94,16 @@ impl I2c {
         self.bus.fault()
     }
 
+    /// Whether the controller reaches the devices: the pins that they are wired to have its function.
+    /// Without, no device acknowledges anything.
+    pub(crate) fn set_connected(&mut self, connected: bool) {
+        self.bus.set_connected(connected);
+    }
+
     /// Tells what the pins drive the lines to when they are not the controller's (false is low,
-    /// true is low by nobody): to be called when that changes, and with both true when the pins go
+    /// true released): to be called when that changes, and with both true when the pins go
     /// back to the controller.
-    pub fn pins(&mut self, driven: Lines, now: Cycles) {
+    pub(crate) fn pins(&mut self, driven: Lines, now: Cycles) {
         self.advance(now);
         self.changed(now, |this| this.bus.pins(driven));
     }
@@ -149,7 +155,7 @@ impl I2c {
             | flag(self.blocked, enable::TX_CMD_BLOCK)
     }
 
-    /// Reads a register that clears interrupts; gives whether one of them was there.
+    /// Reads a register that clears interrupts; returns whether one of them was there.
     fn clear(&mut self, interrupts: u32) -> u32 {
         let cleared = self.raised & interrupts;
         self.raised &= !interrupts;

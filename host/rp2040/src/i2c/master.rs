@@ -233,7 +233,7 @@ impl I2c {
         self.take_step(Step::Stop, now + self.period());
     }
 
-    /// The bus is somebody else's: the master lets go of it, without a STOP.
+    /// Arbitration is lost: the master releases the bus without a STOP.
     fn lose_arbitration(&mut self) {
         self.abort(abort::LOST);
         self.step = Step::Idle;

@@ -18,7 +18,7 @@ const READ: u32 = 1 << 8;
 const STOP: u32 = 1 << 9;
 const RESTART: u32 = 1 << 10;
 
-/// A period of SCL and a byte with what the driver of the firmware sets for 100 kHz.
+/// A period of SCL and a byte with what embassy-rp sets for 100 kHz.
 const HIGH: Cycles = 500 + 46 + 7;
 const LOW: Cycles = 750 + 1;
 const PERIOD: Cycles = HIGH + LOW;
@@ -61,10 +61,6 @@ impl I2cDevice for Recorder {
     fn stop(&mut self) {
         self.events.push(Event::Stop);
     }
-
-    fn boxed(&self) -> Box<dyn I2cDevice> {
-        Box::new(self.clone())
-    }
 }
 
 fn events(i2c: &I2c) -> &[Event] {
@@ -75,7 +71,7 @@ fn write(i2c: &mut I2c, offset: u32, value: u32, now: Cycles) {
     i2c.write(offset, Write::plain(value), now);
 }
 
-/// Set up for 100 kHz and address 0x60, as the firmware's driver does it, and enabled.
+/// Set up for 100 kHz and address 0x60, as embassy-rp does it, and enabled.
 fn rig() -> I2c {
     let mut i2c = I2c::new();
     i2c.attach(Recorder::default());

@@ -6,31 +6,38 @@ use crate::incident::Kind;
 use crate::peripheral::Cycles;
 
 impl Machine {
-    /// Runs the board until this moment; an instruction under way then is completed. Without power
+    /// Runs the machine until this moment; an instruction under way then is completed. Without power
     /// only the time goes on.
     pub fn run_until(&mut self, until: Cycles) {
         while self.bus.now < until {
-            if !self.powered {
-                self.bus.now = until;
-                return;
-            }
-            let horizon = self.look_after().min(until);
-            if horizon <= self.bus.now {
-                continue;
-            }
-            if self.bus.stalled_until > self.bus.now || self.bus.flash.busy() {
-                self.stand_still(horizon);
-            } else if self.core.sleeping() {
-                self.sleep(horizon);
-            } else if self.probes.is_empty() {
-                self.run(horizon);
-            } else {
-                self.run_probed(horizon);
-            }
+            self.run_to_event(until);
         }
     }
 
-    /// Lets happen what is due, and gives the moment of the next event.
+    /// Runs the machine until something may have changed outside of the core, and at most until this
+    /// moment: a register was written, or a peripheral did something by itself. Whoever looks at the
+    /// pins after each such stretch sees every change of them when it happens.
+    pub fn run_to_event(&mut self, until: Cycles) {
+        if !self.powered {
+            self.bus.now = self.bus.now.max(until);
+            return;
+        }
+        let horizon = self.look_after().min(until);
+        if horizon <= self.bus.now {
+            return;
+        }
+        if self.bus.stalled_until > self.bus.now || self.bus.flash.busy() {
+            self.stand_still(horizon);
+        } else if self.core.sleeping() {
+            self.sleep(horizon);
+        } else if self.probes.is_empty() {
+            self.run(horizon);
+        } else {
+            self.run_probed(horizon);
+        }
+    }
+
+    /// Does what is due, and returns the moment of the next event.
     fn look_after(&mut self) -> Cycles {
         let now = self.bus.now;
         self.bus.peripherals.advance(now);
@@ -61,8 +68,8 @@ impl Machine {
         events.into_iter().flatten().min().unwrap_or(Cycles::MAX)
     }
 
-    /// SysTick may count the watchdog's tick instead of the core's cycles. It is told of it at events
-    /// and gives its own; between them its counter seems to stand.
+    /// SysTick may count the watchdog's tick instead of the core's cycles. It is advanced at events
+    /// and reports its next one; in between its counter seems to stand.
     fn count_reference_ticks(&mut self) -> Option<Cycles> {
         let tick = self.bus.peripherals.watchdog.tick();
         let ticks = tick.ticks_in(self.bus.now);

@@ -19,7 +19,38 @@ pub struct OutsideFlash {
     pub size: usize,
 }
 
-/// The emulated board.
+/// Bytes that are not in the RAM.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{address:#010x} does not lie in the RAM, or not all bytes from there on")]
+pub struct OutsideRam {
+    /// Where they should go.
+    pub address: u32,
+}
+
+/// A device that cannot be wired to these pins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WiringError {
+    /// They are not the two lines of one controller.
+    #[error("GPIO {data} and {clock} are not SDA and SCL of one I2C controller")]
+    NotABus {
+        /// What was to be SDA.
+        data: usize,
+        /// What was to be SCL.
+        clock: usize,
+    },
+    /// Other pins of this controller have devices on them.
+    #[error("the devices of I2C{controller} are wired to GPIO {data} and {clock}")]
+    Taken {
+        /// The controller.
+        controller: usize,
+        /// Its SDA.
+        data: usize,
+        /// Its SCL.
+        clock: usize,
+    },
+}
+
+/// An RP2040 with its flash, what is wired to it, and its time.
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub(super) core: Core,
@@ -29,7 +60,7 @@ pub struct Machine {
     pub(super) seed: u64,
     pub(super) power_cycles: u64,
     pub(super) lines: u32,
-    /// Ticks of the reference clock that SysTick was told of.
+    /// Ticks of the reference clock that SysTick has counted.
     pub(super) reference_ticks: u64,
     pub(super) load: Load,
     pub(super) stack: Option<Stack>,
@@ -39,18 +70,10 @@ pub struct Machine {
     pub(super) fault: Option<FaultReport>,
 }
 
-/// Bytes that are not in the RAM.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{address:#010x} does not lie in the RAM, or not all bytes from there on")]
-pub struct OutsideRam {
-    /// Where they should go.
-    pub address: u32,
-}
-
 impl Machine {
-    /// A board with this program in its flash, powered and about to start. The seed decides all that
-    /// chance decides in hardware: the ring oscillator's bits, what the RAM holds at first, what a
-    /// power cut leaves.
+    /// A machine with this program in its flash, powered and about to start. The seed decides all
+    /// that chance decides in hardware: the ring oscillator's bits, what the RAM holds at first, the
+    /// flash's unique number, what a power cut leaves.
     ///
     /// # Errors
     /// The program lies outside the flash.

@@ -8,7 +8,6 @@ use crate::i2c::{self, I2c};
 use crate::latches::{self, Latches};
 use crate::pads::Pads;
 use crate::peripheral::{Alias, Cycles, Peripheral, Write};
-use crate::pins::Output;
 use crate::pll::Pll;
 use crate::psm::{Psm, stage};
 use crate::pwm::{self, Pwm};
@@ -95,9 +94,8 @@ pub struct Peripherals {
     pub(crate) pads: Pads,
     pub(crate) adc: Adc,
     pub(crate) dma: Dma,
-    pub(crate) i2c0: I2c,
-    pub(crate) i2c1: I2c,
-    /// The pins that the buses are wired to: data and clock.
+    pub(crate) i2c: [I2c; 2],
+    /// The pins that devices of each bus are wired to: data and clock.
     pub(crate) i2c_pins: [Option<[usize; 2]>; 2],
     pub(crate) usb: Usb,
     pub(super) pwm: Pwm,
@@ -131,8 +129,7 @@ impl Peripherals {
             pads: Pads::new(),
             adc: Adc::new(),
             dma: Dma::new(),
-            i2c0: I2c::new(),
-            i2c1: I2c::new(),
+            i2c: [I2c::new(), I2c::new()],
             i2c_pins: [None; 2],
             usb: Usb::new(),
             pwm: Pwm::new(),
@@ -157,7 +154,7 @@ impl Peripherals {
         }
     }
 
-    /// The first access to a peripheral that is not emulated, if there was any.
+    /// The first access to a peripheral that is not emulated; `None` if there was none.
     pub const fn unmodelled(&self) -> Option<Unmodelled> {
         self.unmodelled
     }
@@ -177,8 +174,8 @@ impl Peripherals {
             base::PLL_SYS => (&mut self.pll_sys, subsystem::PLL_SYS),
             base::PLL_USB => (&mut self.pll_usb, subsystem::PLL_USB),
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
-            base::I2C0 => (&mut self.i2c0, subsystem::I2C0),
-            base::I2C1 => (&mut self.i2c1, subsystem::I2C1),
+            base::I2C0 => (&mut self.i2c[0], subsystem::I2C0),
+            base::I2C1 => (&mut self.i2c[1], subsystem::I2C1),
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
@@ -271,10 +268,10 @@ impl Peripherals {
     /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
     pub(crate) fn dma_requests(&self) -> u64 {
         [
-            (self.i2c0.transmit_request(), treq::I2C0_TX),
-            (self.i2c0.receive_request(), treq::I2C0_RX),
-            (self.i2c1.transmit_request(), treq::I2C1_TX),
-            (self.i2c1.receive_request(), treq::I2C1_RX),
+            (self.i2c[0].transmit_request(), treq::I2C0_TX),
+            (self.i2c[0].receive_request(), treq::I2C0_RX),
+            (self.i2c[1].transmit_request(), treq::I2C1_TX),
+            (self.i2c[1].receive_request(), treq::I2C1_RX),
             (self.adc.dma_request(), treq::ADC),
         ]
         .into_iter()
@@ -295,11 +292,6 @@ impl Peripherals {
         }
     }
 
-    /// What the PWM slices make of a pin.
-    pub(super) fn pwm_output(&self, pin: usize) -> Output {
-        Output::Pulses(self.pwm.output(pin))
-    }
-
     /// The levels of the interrupt lines to the NVIC.
     pub fn interrupt_lines(&self) -> u32 {
         let line = |high: bool, number: u32| u32::from(high) << number;
@@ -310,8 +302,8 @@ impl Peripherals {
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
             | line(self.adc.line(), adc::IRQ)
-            | line(self.i2c0.line(), i2c::IRQS[0])
-            | line(self.i2c1.line(), i2c::IRQS[1])
+            | line(self.i2c[0].line(), i2c::IRQS[0])
+            | line(self.i2c[1].line(), i2c::IRQS[1])
             | line(self.io_bank0.line(), gpio::IRQ)
             | line(self.sio.line(), SIO_IRQ_PROC0)
     }
@@ -324,8 +316,8 @@ impl Peripherals {
             self.watchdog.next_event(),
             self.adc.next_event(),
             self.dma.next_event(),
-            self.i2c0.next_event(),
-            self.i2c1.next_event(),
+            self.i2c[0].next_event(),
+            self.i2c[1].next_event(),
             self.usb.next_event(),
         ];
         events.into_iter().flatten().min()
@@ -338,8 +330,8 @@ impl Peripherals {
         self.watchdog.advance(now);
         self.adc.advance(now);
         self.dma.advance(now);
-        self.i2c0.advance(now);
-        self.i2c1.advance(now);
+        self.i2c[0].advance(now);
+        self.i2c[1].advance(now);
         self.usb.advance(now);
     }
 }

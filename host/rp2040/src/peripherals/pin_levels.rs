@@ -1,16 +1,13 @@
 //! The levels on the pins of bank 0: what the chip drives, and what it reads.
 
 use super::blocks::Peripherals;
-use crate::gpio::{Function, PINS};
+use crate::gpio::Function;
 use crate::i2c::Lines;
 use crate::peripheral::Cycles;
 use crate::pins::Output;
 
 impl Peripherals {
     /// What the pin is driven to.
-    ///
-    /// # Panics
-    /// There are pins 0 to 29 only.
     pub fn output(&self, pin: usize) -> Output {
         let sio = self.sio.outputs();
         let (signal, enabled) = match self.io_bank0.function(pin) {
@@ -18,7 +15,7 @@ impl Peripherals {
                 let level = sio.level >> pin & 1 != 0;
                 (Output::Level(level), sio.enable >> pin & 1 != 0)
             }
-            Function::Pwm => (self.pwm_output(pin), true),
+            Function::Pwm => (Output::Pulses(self.pwm.output(pin)), true),
             // I2C is a bus of its own, and not seen pin by pin.
             Function::I2c | Function::Other => (Output::Level(false), false),
         };
@@ -29,38 +26,36 @@ impl Peripherals {
         signal.overridden(self.io_bank0.output_override(pin))
     }
 
-    /// Tells the pins' interrupts, after something changed what is on them.
+    /// Brings the pins' levels, interrupts and I2C buses up to date, after something changed what is
+    /// on them.
     ///
-    /// Pulses are taken to be low: nobody reads back the pins of the motors, and interrupts 20,000
-    /// times a second would cost time.
+    /// Pulses are read as low: an event for each of their edges would cost time, and hardly any
+    /// program reads back its own PWM.
     pub(crate) fn pins_changed(&mut self, now: Cycles) {
         let mut outside = self.outside;
-        for number in 0..self.i2c_pins.len() {
-            let Some([data, clock]) = self.i2c_pins[number] else {
+        for number in 0..self.i2c.len() {
+            let Some(wires) = self.i2c_pins[number] else {
                 continue;
             };
-            let released = |output| output != Output::Level(false);
-            let driven = Lines {
-                clock: released(self.output(clock)),
-                data: released(self.output(data)),
-            };
-            let i2c = if number == 0 {
-                &mut self.i2c0
-            } else {
-                &mut self.i2c1
-            };
-            i2c.pins(driven, now);
-            outside[data] = Some(i2c.lines().data);
-            outside[clock] = Some(i2c.lines().clock);
+            let is_i2c = |pin| self.io_bank0.function(pin) == Function::I2c;
+            let connected = wires.into_iter().all(is_i2c);
+            let [data, clock] = wires.map(|pin| self.output(pin) != Output::Level(false));
+            let i2c = &mut self.i2c[number];
+            i2c.set_connected(connected);
+            i2c.pins(Lines { clock, data }, now);
+            let lines = i2c.lines();
+            for (pin, level) in wires.into_iter().zip([lines.data, lines.clock]) {
+                outside[pin] = Some(level);
+            }
         }
         let mut levels = 0;
-        for pin in 0..PINS {
-            let outside = match self.output(pin) {
-                Output::Floating => outside[pin],
+        for (pin, outside) in outside.into_iter().enumerate() {
+            let level = match self.output(pin) {
+                Output::Floating => outside,
                 Output::Level(level) => Some(level),
                 Output::Pulses(_) => Some(false),
             };
-            levels |= u32::from(self.pads.input(pin, outside)) << pin;
+            levels |= u32::from(self.pads.input(pin, level)) << pin;
         }
         self.io_bank0.set_levels(levels);
     }

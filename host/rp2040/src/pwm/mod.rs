@@ -1,6 +1,6 @@
 //! Pulse width modulation (RP2040 datasheet 4.5): eight slices of two outputs each.
 //!
-//! The counters are not stepped: their state is worked out from the time when somebody looks. A
+//! The counters are not stepped: their state is worked out from the time when they are read. A
 //! slice makes an event of a wrap only if an interrupt or the DMA controller wants it, or if new
 //! values of TOP or CC wait to take over there.
 //!

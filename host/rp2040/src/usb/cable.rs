@@ -30,7 +30,7 @@ impl Usb {
         }
     }
 
-    // The board's end.
+    // The device's end.
 
     /// Resets the controller, whether with the whole chip or alone (RESETS). Its memory keeps what
     /// it holds; the host sees the pull-up go, and the connection ends.
@@ -62,7 +62,7 @@ impl Usb {
 
     // The host's end.
 
-    /// Plugs the cable in. The host finds the board as soon as that switches its pull-up on.
+    /// Plugs the cable in. The host finds the device as soon as that switches its pull-up on.
     pub fn plug(&mut self, now: Cycles) {
         self.advance(now);
         self.host.plug(&self.controller, now);
@@ -76,37 +76,37 @@ impl Usb {
         self.host.unplug(&mut self.controller, now);
     }
 
-    /// Lets the host sleep; after 3 ms the board notices. Gives false, and does nothing, unless the
+    /// Lets the host sleep; after 3 ms the device notices. Returns false, and does nothing, unless the
     /// serial port is in use.
     pub fn suspend(&mut self, now: Cycles) -> bool {
         self.advance(now);
         self.host.suspend(&mut self.controller, now)
     }
 
-    /// Wakes the host; 30 ms later bytes go on. Gives false, and does nothing, unless it sleeps.
+    /// Wakes the host; 30 ms later bytes go on. Returns false, and does nothing, unless it sleeps.
     pub fn resume(&mut self, now: Cycles) -> bool {
         self.advance(now);
         self.host.resume(&mut self.controller, now)
     }
 
-    /// Opens or closes the port (DTR and RTS). The host tells the board when it can, at once or when
-    /// it has got to know it; [`State`] says when the board has acknowledged it. When a connection
-    /// ends, the port is closed.
+    /// Opens or closes the port (DTR and RTS). The host sends the request when it can, at once or
+    /// after enumeration; [`State`] shows when the device has acknowledged it. When a connection ends,
+    /// the port is closed.
     pub fn set_dtr(&mut self, on: bool, now: Cycles) {
         self.advance(now);
         self.host.set_dtr(on);
         self.settle(now);
     }
 
-    /// Whether the host asks the board for bytes; it does so from the beginning, whether the port is
-    /// open or not. While it does not, the board's packet waits in its buffer.
+    /// Whether the host asks the device for bytes; it does so from the beginning, whether the port is
+    /// open or not. While it does not, the device's packet waits in its buffer.
     pub fn set_reading(&mut self, on: bool, now: Cycles) {
         self.advance(now);
         self.host.set_reading(on);
         self.settle(now);
     }
 
-    /// Queues bytes for the board, and gives how many of them there was room for: none unless the
+    /// Queues bytes for the device, and returns how many of them there was room for: none unless the
     /// serial port is in use, and never more than 4096 at a time.
     pub fn send(&mut self, bytes: &[u8], now: Cycles) -> usize {
         self.advance(now);
@@ -115,12 +115,12 @@ impl Usb {
         accepted
     }
 
-    /// Bytes queued that the board has not taken yet.
+    /// Bytes queued that the device has not taken yet.
     pub fn unsent(&self) -> usize {
         self.host.unsent()
     }
 
-    /// Takes all bytes that have come from the board. At 65536 the host asks for no more until they
+    /// Takes all bytes that have come from the device. At 65536 the host asks for no more until they
     /// are fetched.
     pub fn receive(&mut self, now: Cycles) -> Vec<u8> {
         self.advance(now);
@@ -134,12 +134,12 @@ impl Usb {
         self.host.has_received()
     }
 
-    /// What the host sees of the board.
+    /// What the host sees of the device.
     pub fn state(&self) -> State {
         self.host.state()
     }
 
-    /// What the board has said of itself, while its serial port is in use.
+    /// What the device has said of itself, while its serial port is in use.
     pub fn description(&self) -> Option<&Description> {
         self.host.description()
     }

@@ -153,7 +153,7 @@ impl Dpram {
         std::array::from_fn(|i| self.bytes[(offset as usize + i) % SIZE])
     }
 
-    /// Writes N bytes. Gives true if what the controller does may depend on them.
+    /// Writes N bytes. Returns true if what the controller does may depend on them.
     pub(super) fn write<const N: usize>(&mut self, offset: u32, bytes: [u8; N]) -> bool {
         self.store(offset, &bytes);
         (8..CONTROL_END).contains(&(offset % SIZE as u32))

@@ -71,7 +71,7 @@ impl fmt::Display for Request {
 /// Why the host could not take a device into use; each time it tried, the last time like this.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EnumerationError {
-    /// Nobody listens at the device's address.
+    /// The device does not answer at its address.
     #[error("the device does not answer to {0}: its USB controller is off or has another address")]
     NoAnswer(Request),
     /// The request did not come to its end.
@@ -204,7 +204,7 @@ impl Enumeration {
         (setup, data)
     }
 
-    /// Takes the reply to the request. Gives true when there is nothing more to ask.
+    /// Takes the reply to the request. Returns true when there is nothing more to ask.
     pub(super) fn take(&mut self, reply: &[u8]) -> Result<bool, EnumerationError> {
         let bad = |error| EnumerationError::Descriptor(self.request, error);
         let next = match self.request {
@@ -250,7 +250,7 @@ impl Enumeration {
         Ok(self.go_on(next))
     }
 
-    /// The device has refused the request with STALL. Gives true when there is nothing more to ask.
+    /// The device has refused the request with STALL. Returns true when there is nothing more to ask.
     pub(super) fn refused(&mut self) -> Result<bool, EnumerationError> {
         let next = match self.request {
             // A device need not have strings, and a serial port no line coding.

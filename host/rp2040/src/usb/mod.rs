@@ -1,19 +1,19 @@
-//! USB: the board's device controller (RP2040 datasheet 4.1), and a host at the end of the cable
-//! that takes the board's serial port (CDC-ACM) into use.
+//! USB: the device controller (RP2040 datasheet 4.1), and a host at the end of the cable that takes
+//! the program's serial port (CDC-ACM) into use.
 //!
 //! ```text
-//!  firmware ──registers, memory──► controller ◄──transactions── host ◄──bytes── program
-//!                                                 19 packets       DTR, cable
-//!                                                 in a frame
+//!  program ──registers, memory──► controller ◄──transactions── host ◄──bytes── user
+//!                                                19 packets       DTR, cable
+//!                                                in a frame
 //! ```
 //!
-//! All is done in the board's time and is repeatable. [`Usb`] is both ends: a [`Peripheral`] with
-//! memory at one, and at the other the user's hand on the cable and the program that has the port
-//! open. While no buffer is available and nothing is to be sent, nothing happens and nothing is
-//! scheduled.
+//! All is done in the machine's time and is repeatable. [`Usb`] is both ends: a
+//! [`Peripheral`](crate::peripheral::Peripheral) with memory at one, and at the other the user's hand
+//! on the cable and the program that has the port open. While no buffer is available and nothing is
+//! to be sent, nothing happens and nothing is scheduled.
 //!
-//! The board cannot see the cable being pulled: the bus's voltage is wired to none of its pins, and
-//! the firmware has to say itself that it is there. All it sees is that its transfers do not end, and
+//! The device cannot see the cable being pulled: VBUS is wired to none of its pins, and the program
+//! has to set the override bits (USB_PWR) itself. All it sees is that its transfers do not end, and
 //! after 3 ms, that the bus is suspended.
 
 mod bus;

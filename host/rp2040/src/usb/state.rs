@@ -7,13 +7,13 @@ use super::enumeration::EnumerationError;
 pub enum State {
     /// The cable is not plugged in.
     Unplugged,
-    /// The cable is plugged in, but the board has not switched its pull-up on.
+    /// The cable is plugged in, but the device has not switched its pull-up on.
     NoDevice,
-    /// The host is getting to know the board.
+    /// The host enumerates the device.
     Enumerating,
-    /// The board's serial port is in use.
+    /// The device's serial port is in use.
     Configured {
-        /// Whether the board has acknowledged that the port is open (DTR).
+        /// Whether the device has acknowledged that the port is open (DTR).
         dtr: bool,
     },
     /// The same, but the host sleeps.

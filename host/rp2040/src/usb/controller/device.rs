@@ -97,7 +97,7 @@ impl Controller {
         self.dpram.read(offset)
     }
 
-    /// Writes memory. Gives true if what the device answers may have changed.
+    /// Writes memory. Returns true if what the device answers may have changed.
     pub(in crate::usb) fn write_dpram<const N: usize>(
         &mut self,
         offset: u32,
@@ -205,7 +205,7 @@ impl Controller {
         status | (self.driven.unwrap_or(idle) as u32) << r::LINE_STATE_SHIFT
     }
 
-    /// The voltage of the bus is wired to no pin on our boards: it is what the program says it is.
+    /// VBUS is not wired to a pin: the program sets it by the override bits of USB_PWR.
     fn vbus(&self) -> bool {
         self.is_set(r::USB_PWR, r::VBUS_DETECT_OVERRIDE_EN)
             && self.is_set(r::USB_PWR, r::VBUS_DETECT)
@@ -247,7 +247,7 @@ impl Controller {
         self.suspend_at = None;
     }
 
-    /// Nothing is to be heard from now on, be it that the host sleeps or that it is gone.
+    /// The bus is idle from now on: the host is suspended or gone.
     pub(in crate::usb) fn bus_idle(&mut self, now: Cycles) {
         self.driven = None;
         self.suspend_at = self.attached().then_some(now + IDLE);

@@ -36,7 +36,7 @@ impl Pid {
 /// What the device does when the host addresses an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::usb) enum Answer {
-    /// Nobody is there: another address, endpoint disabled, controller off.
+    /// No answer: another address, endpoint disabled, controller off.
     Silence,
     /// NAK: not now.
     Nak,
@@ -56,7 +56,7 @@ pub(in crate::usb) enum Reply {
 }
 
 impl Controller {
-    /// Takes a SETUP packet; false if there is nobody of that address.
+    /// Takes a SETUP packet; false if it is for another address.
     pub(in crate::usb) fn setup(&mut self, address: u8, packet: [u8; 8]) -> bool {
         let hears = self.hears(address);
         if hears {

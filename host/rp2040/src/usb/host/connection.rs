@@ -65,7 +65,7 @@ impl Connection {
         if let Some((_, endpoint)) = halted {
             return Some(Request::ClearHalt(endpoint.address()));
         }
-        // A port is closed until it is opened: nobody need be told.
+        // A port is closed until it is opened: the device need not be told.
         (self.told.unwrap_or(false) != dtr).then_some(Request::SetControlLineState(dtr))
     }
 }

@@ -21,7 +21,7 @@ pub struct Counters {
     pub repeated: u64,
     /// Packets larger than the device's descriptors allow: dropped.
     pub oversized: u64,
-    /// Times that the device refused data for good (STALL).
+    /// Times that the device answered data with STALL.
     pub stalls: u64,
     /// Notifications of the serial port: taken and ignored.
     pub notifications: u64,

@@ -25,7 +25,7 @@ const RESUME: Cycles = 20 * MILLISECOND;
 pub(super) const NEW_ADDRESS: Cycles = 2 * MILLISECOND;
 /// The most that any request may take (9.2.6.1).
 pub(super) const REQUEST_LIMIT: Cycles = 5_000 * MILLISECOND;
-/// How often a host tries to get to know a device. Linux tries four times.
+/// Attempts at enumeration. Linux makes four.
 pub(super) const ATTEMPTS: u32 = 3;
 
 /// Bytes that wait to be sent, at most.
@@ -186,7 +186,7 @@ impl Host {
         }
     }
 
-    /// Whoever had opened the port has to open it again.
+    /// The port counts as closed.
     fn disconnect(&mut self, phase: Phase) {
         self.stop();
         self.phase = phase;
@@ -238,7 +238,7 @@ impl Host {
         })
     }
 
-    /// When the next frame begins that nobody has looked at yet.
+    /// When the next frame begins that was not counted yet.
     pub(in crate::usb) fn next_frame(&self) -> Option<Cycles> {
         self.sends_frames()
             .then(|| self.first_frame + (self.frames_seen + 1) * bus::FRAME)
