@@ -62,12 +62,6 @@ pub struct Clocks {
     registers: [u32; END as usize / 4],
 }
 
-impl Default for Clocks {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Clocks {
     /// After a reset.
     pub fn new() -> Self {

@@ -78,12 +78,6 @@ pub struct Flash {
     power_lost: bool,
 }
 
-impl Default for Flash {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Flash {
     /// Erased, and not accessible before it is set up.
     pub fn new() -> Self {

@@ -107,12 +107,6 @@ pub struct IoBank0 {
     unused: [u32; 24],
 }
 
-impl Default for IoBank0 {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl IoBank0 {
     /// After a reset: no pin has a function.
     pub const fn new() -> Self {

@@ -103,9 +103,10 @@ mod tests {
             address: *address,
             bytes: bytes.to_vec(),
         };
-        let mut image = Image::default();
-        image.segments = segments.iter().map(segment).collect();
-        image
+        Image {
+            segments: segments.iter().map(segment).collect(),
+            ..Image::default()
+        }
     }
 
     fn word(block: &[u8], at: usize) -> u32 {
@@ -115,7 +116,8 @@ mod tests {
     #[test]
     fn every_byte_stands_in_the_page_of_its_address() {
         let long: Vec<u8> = (0..=255).chain(0..44).collect();
-        let file = blocks(&image(&[(0x1000_01FE, &long), (0x1000_0000, b"boot")])).expect("in the flash");
+        let file =
+            blocks(&image(&[(0x1000_01FE, &long), (0x1000_0000, b"boot")])).expect("in the flash");
         // boot, and 300 bytes that begin two bytes before the end of a page.
         assert_eq!(file.len(), 4 * BLOCK);
         let addresses = [0x1000_0000, 0x1000_0100, 0x1000_0200, 0x1000_0300];

@@ -88,12 +88,6 @@ pub struct Watchdog {
     fired: bool,
 }
 
-impl Default for Watchdog {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Watchdog {
     /// After a reset of the whole chip.
     pub const fn new() -> Self {

@@ -34,12 +34,6 @@ pub struct Xosc {
     stable_at: Option<Cycles>,
 }
 
-impl Default for Xosc {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Xosc {
     /// Switched off.
     pub const fn new() -> Self {

@@ -6,7 +6,6 @@
 
 use core::panic::PanicInfo;
 
-use cortex_m::asm;
 use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
 use embassy_rp::gpio::{Input, Level, Output, Pull};
@@ -42,7 +41,5 @@ async fn main(_spawner: Spawner) {
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
     rprintln!("panicked");
-    loop {
-        asm::wfi();
-    }
+    loop {}
 }

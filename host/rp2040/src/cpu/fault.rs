@@ -1,5 +1,7 @@
 //! How an instruction ends: its cycles, or why it did not complete.
 
+use std::fmt;
+
 /// Cycles of an instruction, or why it did not complete.
 pub(super) type Executed = Result<u32, Trap>;
 
@@ -65,4 +67,17 @@ pub struct FaultReport {
     pub instruction: u32,
     /// The address accessed by a load or store.
     pub address: Option<u32>,
+}
+
+impl fmt::Display for FaultReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            cause, instruction, ..
+        } = self;
+        write!(f, "{cause}")?;
+        if let Some(address) = self.address {
+            write!(f, ", address {address:#010x}")?;
+        }
+        write!(f, ", instruction at {instruction:#010x}")
+    }
 }

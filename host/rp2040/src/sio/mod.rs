@@ -89,12 +89,6 @@ pub struct Sio {
     interpolators: [Interpolator; 2],
 }
 
-impl Default for Sio {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Sio {
     /// After a reset: no pin driven, all spinlocks free.
     pub fn new() -> Self {

@@ -49,30 +49,18 @@ pub(in crate::usb) struct Controller {
 impl Controller {
     /// As after power-up.
     pub(in crate::usb) fn new() -> Self {
-        let mut controller = Self {
-            dpram: Dpram::new(),
-            stored: [0; REGISTERS],
-            status: 0,
-            buff_status: 0,
-            should_handle: 0,
-            second: 0,
-            abort_done: 0,
-            stall_nak: 0,
-            connection_changed: false,
-            connected: false,
-            frame: 0,
-            new_frame: false,
-            driven: None,
-            suspend_at: None,
-        };
-        controller.reset();
-        controller
+        Self::with(Dpram::new(), None)
     }
 
     /// Resets the registers; the memory keeps what it holds.
     pub(in crate::usb) fn reset(&mut self) {
         let dpram = std::mem::replace(&mut self.dpram, Dpram::new());
-        *self = Self {
+        *self = Self::with(dpram, self.driven);
+    }
+
+    /// Registers as after a reset.
+    fn with(dpram: Dpram, driven: Option<Signal>) -> Self {
+        Self {
             dpram,
             stored: std::array::from_fn(|i| r::initial(i as u32 * 4)),
             status: 0,
@@ -85,9 +73,9 @@ impl Controller {
             connected: false,
             frame: 0,
             new_frame: false,
-            driven: self.driven,
+            driven,
             suspend_at: None,
-        };
+        }
     }
 
     // The processor's side.
