@@ -24,7 +24,7 @@ const READ: u32 = 10;
 /// let image = Image::parse(&std::fs::read("tests/data/blink.elf")?)?;
 /// let mut machine = Machine::new(&image, 0)?;
 /// let mut rtt = Reader::new(&image);
-/// machine.run_until(600_000 * CYCLES_PER_MICROSECOND);
+/// machine.run_until(700_000 * CYCLES_PER_MICROSECOND);
 /// assert_eq!(rtt.lines(&mut machine), ["LED on", "LED off"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

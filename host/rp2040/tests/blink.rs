@@ -102,7 +102,7 @@ fn the_led_blinks_and_the_button_changes_how_fast() {
 #[test]
 fn the_button_is_read_as_it_is_held() {
     let mut pico = Pico::new(&built());
-    pico.run_until(300 * MS);
+    pico.run_until(400 * MS);
     assert_eq!(pico.lines(), ["LED on"]);
     for (level, lines) in [
         (Some(true), &[][..]),
