@@ -1,8 +1,8 @@
 //! What is measured of the firmware.
 
+use emulated_rp2040::defmt::Log;
 use emulated_rp2040::elf::Image;
-use emulated_rp2040::profile::Profile;
-use emulated_rp2040::rtt::Log;
+use rover_emulator::profile::Profile;
 use rover_shared::contract::Mode;
 use rover_shared::wire::message::Command;
 

@@ -52,7 +52,9 @@ impl Bench {
 
     pub fn with(image: &Image, seed: u64) -> Self {
         let mut machine = Machine::new(image, seed).expect("the firmware fits into the flash");
-        machine.attach_i2c([6, 7], Compass::default());
+        machine
+            .attach_i2c([6, 7], Compass::default())
+            .expect("pins of I2C1");
         Self {
             machine,
             heading: 1_800,

@@ -61,12 +61,6 @@ impl I2cDevice for Compass {
         self.pointer = self.pointer.wrapping_add(1);
         self.latched.get(register).copied().unwrap_or(0)
     }
-
-    fn stop(&mut self) {}
-
-    fn boxed(&self) -> Box<dyn I2cDevice> {
-        Box::new(self.clone())
-    }
 }
 
 #[cfg(test)]

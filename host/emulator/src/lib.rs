@@ -31,6 +31,7 @@
 //! | `tasks` | where the firmware's tasks are, to hang or to slow one |
 //! | `track` | where the vehicle was |
 //! | `meter` | what is measured: times, loads, sizes |
+//! | [`profile`] | how long the action cycles of the program take |
 //! | `whereabouts` | what the board is doing, in words |
 //!
 //! # Faults
@@ -57,6 +58,7 @@ mod emulation;
 mod garbled;
 mod meter;
 mod port;
+pub mod profile;
 mod tasks;
 mod track;
 pub mod vehicle;

@@ -5,10 +5,10 @@ use std::fmt;
 use emulated_rp2040::elf::Image;
 use emulated_rp2040::machine::Load;
 use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
-use emulated_rp2040::profile::{NotFound, Profile};
 use serde::Serialize;
 
 use crate::emulation::Emulation;
+use crate::profile::{NotFound, Profile};
 
 /// Sizes of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

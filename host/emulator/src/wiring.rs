@@ -49,7 +49,8 @@ impl Wiring {
     /// Connects a compass to its bus.
     pub fn connect_compass(self, machine: &mut Machine) {
         let pins = [self.0.compass.sda, self.0.compass.scl].map(usize::from);
-        machine.attach_i2c(pins, Compass::default());
+        let attached = machine.attach_i2c(pins, Compass::default());
+        attached.expect("the board's description was checked when it was compiled");
     }
 
     /// The number of the I2C controller that the compass is on.

@@ -6,7 +6,7 @@
 //! it, and goes there (2.8.1.2, 2.8.1.3). Without a valid second stage the real ROM shows itself as
 //! a USB drive; this one sleeps.
 //!
-//! The functions for floating point are missing, and whoever looks for them finds nothing.
+//! The functions for floating point are missing: looking them up returns 0.
 
 /// Bytes of the ROM.
 pub const SIZE: usize = 16 << 10;
@@ -163,7 +163,7 @@ pub fn contents() -> Box<[u8; SIZE]> {
     rom
 }
 
-/// What `rom_table_lookup` gives: the address of a function or datum, 0 if it is not there.
+/// `rom_table_lookup`: the address of a function or datum, 0 if it is not there.
 pub fn look_up(rom: &[u8; SIZE], table: u32, code: u32) -> u32 {
     let entries = rom.get(table as usize..).unwrap_or_default();
     let halfwords = entries

@@ -1,8 +1,8 @@
 //! The clock generators (RP2040 datasheet 2.15).
 //!
 //! They hold what is set, and switch at once. What they are set to changes nothing: the emulated
-//! system clock is at 125 MHz from the start. The frequency counter gives the frequencies which the
-//! firmware sets up.
+//! system clock is at 125 MHz from the start. The frequency counter shows the frequencies that the
+//! SDKs set up with a crystal of 12 MHz.
 
 use super::peripheral::{Cycles, Peripheral, Write};
 
@@ -60,12 +60,6 @@ const FREQUENCIES_KHZ: [u32; 14] = [
 #[derive(Clone, Debug)]
 pub struct Clocks {
     registers: [u32; END as usize / 4],
-}
-
-impl Default for Clocks {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Clocks {
@@ -136,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_counter_measures_what_the_firmware_sets_up() {
+    fn the_frequency_counter_measures_the_usual_frequencies() {
         let mut clocks = Clocks::new();
         for (source, khz) in [(1, 125_000), (2, 48_000), (5, 12_000), (99, 0)] {
             clocks.write(FC0_SRC, Write::plain(source), 0);

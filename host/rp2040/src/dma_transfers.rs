@@ -10,7 +10,7 @@ use super::peripheral::Cycles;
 const AT_ONCE: Cycles = 64;
 
 impl SystemBus {
-    /// Makes the transfers that may be made now; gives when to look again if there are more.
+    /// Makes the transfers that may be made now; returns when to look again if there are more.
     pub(super) fn run_dma(&mut self) -> Option<Cycles> {
         if self.now < self.dma_busy_until {
             return Some(self.dma_busy_until);
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(look(&mut bus, 1_000), Some(2_000));
         assert_eq!(bus.read32(RAM + 0x100), Ok(0x1111_2222));
         assert_ne!(bus.read32(RAM + 0x104), Ok(0x3333_4444));
-        assert_eq!(look(&mut bus, 2_000), None, "nobody waits any more");
+        assert_eq!(look(&mut bus, 2_000), None, "nothing waits any more");
         assert_eq!(bus.read32(RAM + 0x104), Ok(0x3333_4444));
     }
 

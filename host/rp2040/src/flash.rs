@@ -78,12 +78,6 @@ pub struct Flash {
     power_lost: bool,
 }
 
-impl Default for Flash {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Flash {
     /// Erased, and not accessible before it is set up.
     pub fn new() -> Self {
@@ -131,7 +125,7 @@ impl Flash {
         self.mapped = if mapped { SIZE as u32 } else { 0 };
     }
 
-    /// Operations that were carried out since the board was made.
+    /// Operations that were carried out since the machine was made.
     pub const fn operations(&self) -> u64 {
         self.completed
     }

@@ -103,14 +103,8 @@ pub struct IoBank0 {
     edges: [u32; 4],
     enabled: [u32; 4],
     forced: [u32; 4],
-    /// Core 1's and dormant wake's masks, which nobody looks at.
+    /// Core 1's and dormant wake's masks: storage only.
     unused: [u32; 24],
-}
-
-impl Default for IoBank0 {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl IoBank0 {

@@ -1,4 +1,4 @@
-//! What a board would not tell by itself: faults, resets, power cuts.
+//! Faults, resets and power cuts, which a real chip does not report.
 
 use super::cpu::FaultReport;
 use super::peripheral::Cycles;
@@ -16,24 +16,31 @@ pub struct Incident {
 }
 
 /// What happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Kind {
     /// A HardFault, which the program handles.
+    #[error("hard fault: {0}")]
     HardFault(FaultReport),
-    /// A fault where no HardFault can be taken. Only a reset, the watchdog's say, helps.
+    /// A fault where no HardFault can be taken. Only a reset helps, as that of the watchdog.
+    #[error("lockup: {0}")]
     Lockup(FaultReport),
     /// The watchdog's reset.
+    #[error("reset by the watchdog")]
     Watchdog {
         /// The last fault before it, if there was one.
         fault: Option<FaultReport>,
     },
     /// A reset of the core that the program asked for (SYSRESETREQ).
+    #[error("reset by the program")]
     Requested,
     /// The RUN pin's reset.
+    #[error("reset by the RUN pin")]
     RunPin,
     /// The brown-out detector's reset.
+    #[error("reset by the brown-out detector")]
     BrownOut,
     /// The power was cut.
+    #[error("power lost")]
     PowerLost,
 }
 

@@ -1,9 +1,41 @@
-//! The emulated board: a Cortex-M0+ of our own and what it is connected to.
+//! An emulated RP2040 with 2 MB of flash: it boots the same ELF file as the chip, in a time of its own
+//! that is the same in every run.
 //!
-//! [`cpu`] is the processor core, without a clock or memory of its own: it is stepped on a
-//! [`cpu::Bus`]. [`elf`] reads what is to be run. [`machine`] is an RP2040 with 2 MB of flash, on
-//! which the firmware runs unmodified; [`bare`] is the smallest machine that runs a program: flash,
-//! RAM and semihosting.
+//! ```
+//! use emulated_rp2040::elf::Image;
+//! use emulated_rp2040::peripheral::CYCLES_PER_MICROSECOND;
+//! use emulated_rp2040::pins::Output;
+//! use emulated_rp2040::rtt::Reader;
+//! use emulated_rp2040::Machine;
+//!
+//! const MS: u64 = 1_000 * CYCLES_PER_MICROSECOND;
+//!
+//! // `blink/` of this crate's repository: an Embassy program with an LED and a button.
+//! let image = Image::parse(&std::fs::read("tests/data/blink.elf")?)?;
+//! let mut machine = Machine::new(&image, 0)?;
+//! let mut rtt = Reader::new(&image);
+//!
+//! machine.run_until(400 * MS);
+//! assert_eq!(machine.output(25), Output::Level(true));
+//! assert_eq!(rtt.lines(&mut machine), ["LED on"]);
+//!
+//! // The button connects GPIO 15 with ground.
+//! machine.set_input(15, Some(false));
+//! machine.run_until(460 * MS);
+//! assert_eq!(machine.output(25), Output::Level(false));
+//! assert_eq!(rtt.lines(&mut machine), ["every 50 ms", "LED off"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`machine`] | [`Machine`]: chip, flash, what is wired to the pins; time, power, faults to inject |
+//! | [`elf`], [`uf2`] | programs as they are loaded, and as the boot ROM's drive takes them |
+//! | [`pins`], [`adc`], [`i2c`], [`usb`] | what is connected to the chip: levels, voltages, devices, a host |
+//! | [`rtt`], `defmt` | what the program logs: text, and with the feature `defmt` its frames |
+//! | [`probe`], [`incident`] | cycles of function calls; faults, resets, power cuts |
+//! | [`cpu`] | the Cortex-M0+ alone, stepped on a [`cpu::Bus`] |
+//! | [`bare`] | the smallest machine around it: flash, RAM and semihosting |
 //!
 //! ```text
 //!  machine ── time, power, resets, probes
@@ -14,11 +46,13 @@
 //!                                                     timer, watchdog, gpio, ...
 //! ```
 //!
-//! What is missing: the second core, UART, SPI, PIO and RTC, wait states and the flash cache. What
-//! takes the clock to stop or change (dormant and deep sleep) has no effect.
-//!
-//! [`peripheral`] says what a block of registers is to the bus. [`usb`] is the one with a cable: the
-//! device controller and the computer at the other end.
+//! The README has the table of what is modelled and what is not. [`peripheral`] is what a block of
+//! registers is to the bus: where to begin with one that is missing. There are no threads, files or
+//! clocks in the crate: it builds for `wasm32-unknown-unknown`.
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
 
 pub mod adc;
 pub mod bare;
@@ -28,6 +62,8 @@ mod boot_services;
 pub mod bus;
 mod clocks;
 pub mod cpu;
+#[cfg(feature = "defmt")]
+pub mod defmt;
 pub mod dma;
 mod dma_transfers;
 pub mod elf;
@@ -44,18 +80,17 @@ pub mod peripherals;
 pub mod pins;
 mod pll;
 pub mod probe;
-pub mod profile;
 mod psm;
 pub mod pwm;
 mod resets;
 mod rosc;
-#[cfg(feature = "defmt")]
 pub mod rtt;
 mod sio;
 mod ssi;
 mod stack;
 mod sysinfo;
 mod timer;
+pub mod uf2;
 pub mod usb;
 mod vreg_and_chip_reset;
 mod watchdog;

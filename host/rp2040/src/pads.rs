@@ -26,12 +26,6 @@ pub struct Pads {
     debug: [u32; 2],
 }
 
-impl Default for Pads {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Pads {
     /// After a reset.
     pub const fn new() -> Self {

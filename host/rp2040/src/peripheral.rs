@@ -1,7 +1,7 @@
 //! What a peripheral is to the bus: registers, and moments at which something happens by itself.
 //!
 //! All peripherals live in the time of the system clock. The bus hands it over with each access, so
-//! that a peripheral need not be told of time while nobody looks; what must happen at a certain
+//! that a peripheral need not be advanced while it is not accessed; what must happen at a certain
 //! time (an alarm, the end of a conversion) it names by [`Peripheral::next_event`], and the machine
 //! calls [`Peripheral::advance`] when that time has come. Interrupt lines, requests to the DMA
 //! controller and pins are each peripheral's own functions, since no two have the same.
@@ -9,8 +9,8 @@
 /// Cycles of the system clock since power-up.
 pub type Cycles = u64;
 
-/// The system clock, which the firmware sets to 125 MHz. The emulated board runs at it from
-/// power-up on; what the boot ROM and the clocks' start-up take in hardware is not modelled.
+/// The system clock at 125 MHz, as the SDKs set it up. The machine runs at it from power-up on,
+/// whatever the program sets.
 pub const CYCLES_PER_MICROSECOND: Cycles = 125;
 
 /// Which of its four aliases a register was written through (RP2040 datasheet 2.1.2).
@@ -66,6 +66,11 @@ impl Write {
             Alias::Clear => old & !self.value,
         }
     }
+}
+
+/// These bits if something is so, and none otherwise.
+pub const fn flag(set: bool, bits: u32) -> u32 {
+    if set { bits } else { 0 }
 }
 
 /// A block of registers on the bus.

@@ -25,12 +25,6 @@ pub struct Pll {
     prim: u32,
 }
 
-impl Default for Pll {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Pll {
     /// Powered down.
     pub const fn new() -> Self {

@@ -58,12 +58,6 @@ pub struct Resets {
     switched: u32,
 }
 
-impl Default for Resets {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Resets {
     /// Everything in reset but what the boot ROM uses.
     pub const fn new() -> Self {

@@ -1,10 +1,12 @@
-//! Log lines by RTT, as a debug probe fetches them: a ring of bytes in the board's RAM, found by its
-//! symbol, in which `defmt` has written frames that only make sense together with the ELF file.
-
-use defmt_decoder::{DecodeError, Encoding, Table};
+//! RTT (SEGGER's Real-Time Transfer), as a debug probe reads it: a ring of bytes in the RAM, which
+//! the program fills and the probe empties.
+//!
+//! The control block begins with `SEGGER RTT`; from its word 6 on follow the up channels, six words
+//! each: name, buffer, size, write offset, read offset, flags. The first one is read here.
 
 use super::elf::Image;
 use super::machine::Machine;
+use super::memory::{RAM, RAM_SIZE};
 
 /// The control block's symbol, and what it begins with.
 const SYMBOL: &str = "_SEGGER_RTT";
@@ -14,81 +16,63 @@ const BUFFER: u32 = 7;
 const SIZE: u32 = 8;
 const WRITE: u32 = 9;
 const READ: u32 = 10;
-/// What ends a frame.
-const SEPARATOR: u8 = 0;
-/// Bytes of a frame without an end, after which it is thrown away.
-const LONGEST_FRAME: usize = 1 << 16;
 
-/// A program whose log lines cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum LogError {
-    /// The ELF file's table of lines is damaged, or of a version that is not known.
-    #[error("the log lines in this ELF file cannot be read: {0}")]
-    Table(String),
-    /// The frames are not in the encoding that is defmt's default.
-    #[error("the program's log has defmt's encoding `raw`, build it with `rzcobs`, the default")]
-    Encoding,
+/// Reads up channel 0 of a program.
+///
+/// ```
+/// # use emulated_rp2040::{Machine, elf::Image, peripheral::CYCLES_PER_MICROSECOND, rtt::Reader};
+/// let image = Image::parse(&std::fs::read("tests/data/blink.elf")?)?;
+/// let mut machine = Machine::new(&image, 0)?;
+/// let mut rtt = Reader::new(&image);
+/// machine.run_until(700_000 * CYCLES_PER_MICROSECOND);
+/// assert_eq!(rtt.lines(&mut machine), ["LED on", "LED off"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Reader {
+    /// Where the control block is; `None` until it was found.
+    control_block: Option<u32>,
+    /// The beginning of a line.
+    line: Vec<u8>,
 }
 
-/// The log of a program.
-#[derive(Debug)]
-pub struct Log {
-    control_block: u32,
-    table: Table,
-    /// The beginning of a frame.
-    rest: Vec<u8>,
-    malformed: u64,
-}
-
-impl Log {
-    /// The log of the program in this ELF file; `None` if it keeps none.
-    ///
-    /// # Errors
-    /// It has one that cannot be read.
-    pub fn new(elf: &[u8], image: &Image) -> Result<Option<Self>, LogError> {
-        let table = Table::parse(elf).map_err(|error| LogError::Table(error.to_string()))?;
-        let (Some(table), Some(control_block)) = (table, image.symbol(SYMBOL)) else {
-            return Ok(None);
-        };
-        if table.encoding() != Encoding::Rzcobs {
-            return Err(LogError::Encoding);
+impl Reader {
+    /// For this program. Its control block is found by the symbol `_SEGGER_RTT`, or in a program
+    /// without symbols by searching the RAM.
+    pub fn new(image: &Image) -> Self {
+        Self {
+            control_block: image.symbol(SYMBOL).map(|symbol| symbol.address),
+            line: Vec::new(),
         }
-        Ok(Some(Self {
-            control_block: control_block.address,
-            table,
-            rest: Vec::new(),
-            malformed: 0,
-        }))
     }
 
-    /// Fetches what the program has written since the last time, and gives the lines.
+    /// Takes all bytes that the program has written since the last call; none as long as it has not
+    /// set the channel up.
+    pub fn read(&mut self, machine: &mut Machine) -> Vec<u8> {
+        if self.control_block.is_none() {
+            self.control_block = search(machine);
+        }
+        let drained = self.control_block.and_then(|at| drain(machine, at));
+        drained.unwrap_or_default()
+    }
+
+    /// [`read`](Self::read) as text: the lines that have ended. Bytes that are no UTF-8 are replaced.
     pub fn lines(&mut self, machine: &mut Machine) -> Vec<String> {
-        let bytes = drain(machine, self.control_block).unwrap_or_default();
-        self.rest.extend(bytes);
-        let Some(end) = self.rest.iter().rposition(|byte| *byte == SEPARATOR) else {
-            if self.rest.len() > LONGEST_FRAME {
-                self.rest.clear();
-                self.malformed += 1;
-            }
-            return Vec::new();
-        };
-        let complete: Vec<u8> = self.rest.drain(..=end).collect();
-        let mut decoder = self.table.new_stream_decoder();
-        decoder.received(&complete);
-        let mut lines = Vec::new();
-        loop {
-            match decoder.decode() {
-                Ok(frame) => lines.push(frame.display(false).to_string()),
-                Err(DecodeError::UnexpectedEof) => return lines,
-                Err(DecodeError::Malformed) => self.malformed += 1,
-            }
-        }
+        let bytes = self.read(machine);
+        self.line.extend(bytes);
+        let end = self.line.iter().rposition(|byte| *byte == b'\n');
+        let ended: Vec<u8> = self.line.drain(..end.map_or(0, |end| end + 1)).collect();
+        let text = String::from_utf8_lossy(&ended);
+        text.lines().map(str::to_owned).collect()
     }
+}
 
-    /// Frames that could not be decoded: a reset cut them off, or the ring was full.
-    pub const fn malformed(&self) -> u64 {
-        self.malformed
-    }
+/// The address of a control block in the RAM.
+fn search(machine: &Machine) -> Option<u32> {
+    let words = machine.read(RAM, RAM_SIZE)?.chunks(4).enumerate();
+    let starts = words.filter(|(_, word)| MAGIC.starts_with(word));
+    let mut addresses = starts.map(|(i, _)| RAM + 4 * i as u32);
+    addresses.find(|at| machine.read(*at, MAGIC.len()) == Some(MAGIC))
 }
 
 /// Takes the bytes out of the ring; `None` if it is not set up.
@@ -97,12 +81,11 @@ fn drain(machine: &mut Machine, control_block: u32) -> Option<Vec<u8>> {
     if magic != MAGIC {
         return None;
     }
-    let word = |machine: &Machine, index: u32| {
+    let word = |index: u32| {
         let bytes = machine.read(control_block.checked_add(4 * index)?, 4)?;
         Some(u32::from_le_bytes(*bytes.first_chunk()?))
     };
-    let [buffer, size, write, read] = [BUFFER, SIZE, WRITE, READ].map(|index| word(machine, index));
-    let (buffer, size, write, read) = (buffer?, size?, write?, read?);
+    let (buffer, size, write, read) = (word(BUFFER)?, word(SIZE)?, word(WRITE)?, word(READ)?);
     if write >= size || read >= size {
         return None;
     }
@@ -122,7 +105,6 @@ fn drain(machine: &mut Machine, control_block: u32) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::RAM;
 
     const BLOCK: u32 = RAM + 0x100;
     const RING: u32 = RAM + 0x200;
@@ -131,19 +113,49 @@ mod tests {
         let mut machine = Machine::new(&Image::default(), 0).expect("nothing to fit");
         let words = [0, 0, 0, 0, 1, 0, 0, RING, 8, write, read].map(u32::to_le_bytes);
         machine.write_ram(BLOCK, &words.concat()).expect("in RAM");
-        machine.write_ram(BLOCK, b"SEGGER RTT").expect("in RAM");
-        machine.write_ram(RING, b"01234567").expect("in RAM");
+        machine.write_ram(BLOCK, MAGIC).expect("in RAM");
+        machine.write_ram(RING, b"01\n34567").expect("in RAM");
         machine
+    }
+
+    fn write_to(machine: &mut Machine, write: u32) {
+        let at = BLOCK + 4 * WRITE;
+        machine.write_ram(at, &write.to_le_bytes()).expect("in RAM");
     }
 
     #[test]
     fn the_ring_is_emptied() {
         let mut plain = machine(5, 2);
-        assert_eq!(drain(&mut plain, BLOCK).as_deref(), Some(&b"234"[..]));
+        assert_eq!(drain(&mut plain, BLOCK).as_deref(), Some(&b"\n34"[..]));
         assert_eq!(drain(&mut plain, BLOCK).as_deref(), Some(&b""[..]));
         let mut around = machine(2, 6);
         assert_eq!(drain(&mut around, BLOCK).as_deref(), Some(&b"6701"[..]));
         assert_eq!(drain(&mut around, BLOCK).as_deref(), Some(&b""[..]));
+    }
+
+    #[test]
+    fn without_a_symbol_the_block_is_searched_for() {
+        let mut machine = machine(2, 6);
+        let mut reader = Reader::new(&Image::default());
+        assert_eq!(reader.read(&mut machine), b"6701");
+        machine.write_ram(BLOCK, &[0; 4]).expect("in RAM");
+        let mut reader = Reader::new(&Image::default());
+        assert_eq!(reader.read(&mut machine), b"");
+        machine.write_ram(BLOCK, MAGIC).expect("in RAM");
+        write_to(&mut machine, 4);
+        assert_eq!(reader.read(&mut machine), b"\n3", "it was set up meanwhile");
+    }
+
+    #[test]
+    fn lines_come_when_they_have_ended() {
+        let mut machine = machine(2, 6);
+        let mut reader = Reader::new(&Image::default());
+        assert_eq!(reader.lines(&mut machine), [""; 0]);
+        write_to(&mut machine, 4);
+        assert_eq!(reader.lines(&mut machine), ["6701"]);
+        machine.write_ram(RING, b"\xff\n\n").expect("in RAM");
+        write_to(&mut machine, 3);
+        assert_eq!(reader.lines(&mut machine), ["34567\u{fffd}", ""]);
     }
 
     #[test]
@@ -157,11 +169,5 @@ mod tests {
             .expect("in RAM");
         assert_eq!(drain(&mut outside, BLOCK), None);
         assert_eq!(drain(&mut outside, u32::MAX), None);
-    }
-
-    #[test]
-    fn programs_without_a_log_have_none() {
-        let error = Log::new(b"no ELF file", &Image::default()).expect_err("no ELF file");
-        assert!(matches!(error, LogError::Table(_)), "{error}");
     }
 }

@@ -44,7 +44,7 @@ impl Tick {
     pub const STOPPED: Self = Self {
         reference_cycles: 0,
     };
-    /// A tick each microsecond, as the firmware sets it.
+    /// A tick each microsecond, from the crystal of 12 MHz.
     #[cfg(test)]
     pub const MICROSECOND: Self = Self {
         reference_cycles: REFERENCE_MEGAHERTZ,
@@ -86,12 +86,6 @@ pub struct Watchdog {
     scratch: [u32; 8],
     tick: u32,
     fired: bool,
-}
-
-impl Default for Watchdog {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Watchdog {

@@ -22,12 +22,6 @@ pub struct XipControl {
     stream_address: u32,
 }
 
-impl Default for XipControl {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl XipControl {
     /// After a reset.
     pub const fn new() -> Self {

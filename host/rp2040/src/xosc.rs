@@ -34,12 +34,6 @@ pub struct Xosc {
     stable_at: Option<Cycles>,
 }
 
-impl Default for Xosc {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Xosc {
     /// Switched off.
     pub const fn new() -> Self {
@@ -52,7 +46,7 @@ impl Xosc {
         }
     }
 
-    /// Until when whoever reads STATUS has to wait for STABLE, if it was switched on.
+    /// When a read of STATUS that waits for STABLE may go on, if the oscillator was switched on.
     ///
     /// Programs poll for it, some 128 ms long. The machine does not step them through that: it lets
     /// the core wait at the first read, which comes to the same.

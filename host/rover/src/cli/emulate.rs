@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::rc::Rc;
 use std::time;
 
+use emulated_rp2040::defmt::Log;
 use emulated_rp2040::elf::Image;
-use emulated_rp2040::rtt::Log;
 use indicatif::{ProgressBar, ProgressStyle};
 use rover_emulator::EmulatedPort;
 use rover_emulator::vehicle::{GRAMMAR, POSSIBLE, ScheduledFault};

@@ -22,7 +22,7 @@ mod operation {
     pub const WRITE_CHARACTER: u32 = 0x03;
     /// Prints the string that R1 points to, up to a zero byte.
     pub const WRITE_STRING: u32 = 0x04;
-    /// Prints (handle, pointer, length), which R1 points to; gives how many bytes it did not.
+    /// Prints (handle, pointer, length), which R1 points to; returns how many bytes it did not.
     pub const WRITE: u32 = 0x05;
     /// Ends the program; R1 is the reason.
     pub const EXIT: u32 = 0x18;
@@ -31,7 +31,7 @@ mod operation {
 }
 /// The handle of the console.
 const CONSOLE: u32 = 1;
-/// What an operation gives that failed, or is not there.
+/// Result of an operation that failed or does not exist.
 const FAILED: u32 = u32::MAX;
 
 /// What the core of the bare machine is connected to.
@@ -86,7 +86,7 @@ impl Memory {
         &self.output
     }
 
-    /// Does what a semihosting call asks; gives R0's new value.
+    /// Does what a semihosting call asks; returns R0's new value.
     fn semihost(&mut self, operation: u32, argument: u32) -> Option<u32> {
         match operation {
             operation::OPEN => Some(CONSOLE),

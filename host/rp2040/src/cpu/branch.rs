@@ -2,16 +2,17 @@
 
 use super::arithmetic::sign_extend;
 use super::bus::Bus;
+use super::core::Core;
 use super::decode::immediate;
+use super::fault::{Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 use super::registers::{Flags, LR, PC};
-use super::{Core, Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 
 /// BL takes a cycle more than other branches.
 const BRANCH_WITH_LINK: Executed = Ok(3);
 
 impl Core {
     /// BXWritePC(): in Handler mode an EXC_RETURN value returns from the exception, elsewhere bit 0
-    /// is the new instruction set state. Gives the cycles of the branch.
+    /// is the new instruction set state. Returns the cycles of the branch.
     #[inline(always)]
     pub(super) fn bx_write_pc<B: Bus>(&mut self, bus: &mut B, address: u32) -> Executed {
         if address >> 28 == 0xf && self.registers.handler_mode() {

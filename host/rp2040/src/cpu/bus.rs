@@ -1,6 +1,6 @@
 //! What the core is connected to.
 
-use super::Registers;
+use super::registers::Registers;
 
 /// The bus answered an access with an error: nothing is at that address, or it refuses the access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub struct BusFault;
 /// never reach the bus.
 ///
 /// All accesses of an instruction are made within one [`Core::step`](super::Core::step). A bus with
-/// wait states counts them here and adds them to the cycles which that step gives.
+/// wait states counts them here and adds them to the cycles that the step returns.
 pub trait Bus {
     /// Reads `N` bytes, 1, 2 or 4; `address` is a multiple of `N`.
     ///

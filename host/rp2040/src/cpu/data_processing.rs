@@ -5,8 +5,8 @@
 
 use super::arithmetic::{add_with_carry, asr_c, lsl_c, lsr_c, ror_c, sign_extend};
 use super::decode::{high_register, immediate, register};
+use super::fault::{Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 use super::registers::{PC, Registers, SP};
-use super::{Executed, SINGLE_CYCLE, TAKEN_BRANCH};
 
 type Shift = fn(u32, u32, bool) -> (u32, bool);
 

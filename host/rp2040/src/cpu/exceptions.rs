@@ -7,9 +7,10 @@
 //! with an exception pending goes straight to that one, as the hardware does (tail-chaining).
 
 use super::bus::{Bus, BusFault};
+use super::core::{Activity, Core};
+use super::fault::{Executed, FaultCause, FaultReport, Trap};
 use super::nvic::exception::{HARD_FAULT, NMI, SVCALL};
 use super::registers::{Flags, LR, Registers, SP};
-use super::{Activity, Core, Executed, FaultCause, FaultReport, Trap};
 
 /// Cycles from the end of an instruction to the first of the handler, by the Technical Reference
 /// Manual's interrupt latency without wait states.
@@ -50,7 +51,7 @@ impl Core {
     }
 
     /// Before an instruction: wakes the core if it is time, and takes the exception that is due.
-    /// Gives the cycles if there is no instruction to be executed in this step.
+    /// Returns the cycles if there is no instruction to be executed in this step.
     #[inline(never)]
     pub(super) fn attend<B: Bus>(&mut self, bus: &mut B) -> Option<u32> {
         // It goes no further until its owner has seen what it asked for.
@@ -77,7 +78,7 @@ impl Core {
         Some(self.exception_entry(bus, number, self.registers.next))
     }
 
-    /// What an instruction at `instruction` that did not complete leads to; gives the cycles.
+    /// What an instruction at `instruction` that did not complete leads to; returns the cycles.
     #[cold]
     pub(super) fn trap<B: Bus>(&mut self, bus: &mut B, instruction: u32, trap: Trap) -> u32 {
         let priority = self.execution_priority();
@@ -102,7 +103,7 @@ impl Core {
         }
     }
 
-    /// ExceptionEntry(); gives its cycles.
+    /// ExceptionEntry(); returns its cycles.
     fn exception_entry<B: Bus>(&mut self, bus: &mut B, number: u32, return_address: u32) -> u32 {
         let stacked = self.push_stack(bus, return_address);
         if stacked.is_ok() {
@@ -193,7 +194,7 @@ impl Core {
         self.system.attention = true;
     }
 
-    /// ExceptionReturn(); gives its cycles. What the manual calls UNPREDICTABLE is a fault here.
+    /// ExceptionReturn(); returns its cycles. What the manual calls UNPREDICTABLE is a fault here.
     #[inline(never)]
     pub(super) fn exception_return<B: Bus>(&mut self, bus: &mut B, value: u32) -> Executed {
         let returning = self.registers.ipsr;

@@ -1,12 +1,13 @@
 //! Executes the instruction that an encoding stands for.
 
 use super::bus::{Bus, BusFault};
+use super::core::Core;
 use super::decode::{Encoding as I, decode, immediate};
+use super::fault::{Executed, FaultCause, Trap};
 use super::miscellaneous::UNDEFINED;
-use super::{Core, Executed, FaultCause, Trap};
 
 impl Core {
-    /// Executes the instruction that begins with the halfword `op`; gives its cycles.
+    /// Executes the instruction that begins with the halfword `op`; returns its cycles.
     #[inline(always)]
     pub(super) fn execute<B: Bus>(&mut self, bus: &mut B, op: u16) -> Executed {
         let r = &mut self.registers;

@@ -6,10 +6,11 @@
 
 use super::arithmetic::sign_extend;
 use super::bus::{Bus, BusFault};
+use super::core::Core;
 use super::decode::{immediate, register};
+use super::fault::{Executed, FaultCause, Trap};
 use super::registers::{LR, PC, SP};
 use super::system::is_system_control_space;
-use super::{Core, Executed, FaultCause, Trap};
 
 impl Core {
     #[cold]
@@ -333,7 +334,7 @@ impl Core {
         Ok(cycles + self.bx_write_pc(bus, target)?)
     }
 
-    /// Loads ascending registers from ascending words, all or none; gives the address behind them.
+    /// Loads ascending registers from ascending words, all or none; returns the address behind them.
     #[inline(always)]
     fn load_low_registers<B: Bus>(
         &mut self,
@@ -357,7 +358,7 @@ impl Core {
         Ok(address)
     }
 
-    /// Stores ascending registers to ascending words; gives the address behind them.
+    /// Stores ascending registers to ascending words; returns the address behind them.
     #[inline(always)]
     fn store_low_registers<B: Bus>(
         &mut self,

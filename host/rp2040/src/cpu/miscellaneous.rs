@@ -2,9 +2,10 @@
 //! (A5.2.5, A5.3.1, B4.2).
 
 use super::bus::Bus;
+use super::core::{Activity, Core};
 use super::decode::immediate;
-use super::registers::Registers;
-use super::{Activity, Core, Executed, FaultCause, SINGLE_CYCLE, Trap};
+use super::fault::{Executed, FaultCause, SINGLE_CYCLE, Trap};
+use super::registers::{Flags, Registers};
 
 /// MRS, MSR and the barriers take three cycles.
 const THREE_CYCLES: Executed = Ok(3);
@@ -45,7 +46,7 @@ impl Core {
         let value = self.registers.r[usize::from(first & 15)];
         let privileged = self.registers.privileged();
         match immediate(second, 0, 8) {
-            0..=3 => self.registers.flags = super::Flags::from_psr(value),
+            0..=3 => self.registers.flags = Flags::from_psr(value),
             5..=7 => {}
             sysm::MSP | sysm::PSP | sysm::PRIMASK | sysm::CONTROL if !privileged => {}
             sysm::MSP => self.registers.set_msp(value),

@@ -103,7 +103,7 @@ impl Nvic {
         self.active.count_ones()
     }
 
-    /// Makes these exceptions pending; gives whether any was not so before.
+    /// Makes these exceptions pending; returns whether any was not so before.
     pub fn pend(&mut self, set: u64) -> bool {
         let new = set & !self.pending;
         self.pending |= set;
@@ -120,7 +120,7 @@ impl Nvic {
         u64::from(self.lines) << IRQ0 & !self.active
     }
 
-    /// Changes the levels of the interrupt inputs; gives whether anything became pending: a line
+    /// Changes the levels of the interrupt inputs; returns whether anything became pending: a line
     /// that rises, or that is high while its interrupt is not being handled.
     pub fn set_lines(&mut self, levels: u32) -> bool {
         let rising = u64::from(levels & !self.lines) << IRQ0;
@@ -134,7 +134,7 @@ impl Nvic {
         self.active |= 1 << number;
     }
 
-    /// The exception has been handled; gives whether a line that is still high makes it pending
+    /// The exception has been handled; returns whether a line that is still high makes it pending
     /// again.
     pub fn deactivate(&mut self, number: u32) -> bool {
         self.active &= !(1 << number);

@@ -68,7 +68,7 @@ impl SysTick {
         self.control & TICKINT != 0
     }
 
-    /// Counts `ticks` down; gives whether the exception becomes pending.
+    /// Counts `ticks` down; returns whether the exception becomes pending.
     #[inline(always)]
     pub fn count(&mut self, ticks: u64) -> bool {
         if ticks < u64::from(self.current) {

@@ -1,7 +1,8 @@
 //! One channel: its registers in all four orders, its sequence of transfers
 //! (RP2040 datasheet 2.5.1, 2.5.2 and 2.5.7).
 
-use super::{Outcome, Size, Transfer, Write};
+use super::transfer::{Outcome, Size, Transfer};
+use crate::peripheral::Write;
 
 /// Bits of CTRL.
 pub mod ctrl {
@@ -94,7 +95,7 @@ impl Channel {
         self.ctrl | busy | self.errors | any_error
     }
 
-    /// Gives what the register was set to.
+    /// Returns what the register was set to.
     pub fn write(&mut self, register: u32, write: Write) -> u32 {
         let value = write.onto(self.read(register));
         match ORDER[(register / 4) as usize] {

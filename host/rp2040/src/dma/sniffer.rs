@@ -3,7 +3,7 @@
 //! Of transfers wider than a byte the lowest byte counts first. That is how CRCs of bytes in memory
 //! come out the same whatever the width; the datasheet does not say so.
 
-use super::{Size, Transfer};
+use super::transfer::{Size, Transfer};
 
 const EN: u32 = 1 << 0;
 const DMACH_SHIFT: u32 = 1;

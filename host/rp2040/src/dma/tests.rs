@@ -1,6 +1,7 @@
 use super::channel::ctrl::*;
+use super::registers::*;
 use super::*;
-use crate::peripheral::Alias;
+use crate::peripheral::{Alias, Cycles, Peripheral as _, Write};
 
 const READ_ADDR: u32 = 0x00;
 const WRITE_ADDR: u32 = 0x04;
@@ -168,7 +169,7 @@ fn each_single_request_is_good_for_one_transfer() {
     let wrap = treq::PWM_WRAP0 + 3;
     dma.request_once(wrap);
     start(&mut dma, 0, [0, 0, 100, EN | wrap << TREQ_SEL_SHIFT]);
-    assert_eq!(run(&mut dma, 0, 0).len(), 0, "nobody waited");
+    assert_eq!(run(&mut dma, 0, 0).len(), 0, "nothing waitsed");
     dma.request_once(wrap);
     dma.request_once(wrap);
     dma.request_once(wrap + 1);
@@ -184,7 +185,7 @@ fn each_single_request_is_good_for_one_transfer() {
 fn timers_pace_channels() {
     let mut dma = Dma::new();
     dma.write(TIMER0 + 4, Write::plain(1 << 16 | 100), 1_000);
-    assert_eq!(dma.next_event(), None, "nobody waits");
+    assert_eq!(dma.next_event(), None, "nothing waits");
     start(
         &mut dma,
         0,

@@ -1,6 +1,6 @@
 //! The pacing timers (RP2040 datasheet 2.5.5.1).
 
-use super::Cycles;
+use crate::peripheral::Cycles;
 
 /// A timer that asks for X transfers every Y cycles, evenly, one a cycle at most.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,9 +3,46 @@
 use std::any::Any;
 use std::fmt::Debug;
 
-/// A device on the bus.
-pub trait I2cDevice: Any + Debug + Send {
+/// A device on the bus. It is cloned with the machine that it is attached to.
+///
+/// ```
+/// use emulated_rp2040::i2c::I2cDevice;
+///
+/// /// A memory of 256 bytes at address 0x50: the first byte written is where the next one goes.
+/// #[derive(Clone, Debug)]
+/// struct Eeprom {
+///     bytes: [u8; 256],
+///     at: u8,
+///     addressing: bool,
+/// }
+///
+/// impl I2cDevice for Eeprom {
+///     fn start(&mut self, address: u16, read: bool) -> bool {
+///         self.addressing = !read;
+///         address == 0x50
+///     }
+///
+///     fn write(&mut self, byte: u8) -> bool {
+///         if std::mem::take(&mut self.addressing) {
+///             self.at = byte;
+///         } else {
+///             self.bytes[usize::from(self.at)] = byte;
+///             self.at = self.at.wrapping_add(1);
+///         }
+///         true
+///     }
+///
+///     fn read(&mut self) -> u8 {
+///         let byte = self.bytes[usize::from(self.at)];
+///         self.at = self.at.wrapping_add(1);
+///         byte
+///     }
+/// }
+/// ```
+pub trait I2cDevice: Boxed + Any + Debug + Send {
     /// START, also a repeated one, and an address of 7 or 10 bits: whether it is acknowledged.
+    /// Devices are asked in the order in which they were attached, up to the first that
+    /// acknowledges.
     fn start(&mut self, address: u16, read: bool) -> bool;
 
     /// The next byte from the master: whether it is acknowledged.
@@ -14,11 +51,20 @@ pub trait I2cDevice: Any + Debug + Send {
     /// The next byte to the master.
     fn read(&mut self) -> u8;
 
-    /// STOP.
-    fn stop(&mut self);
+    /// STOP, to whichever device it is addressed.
+    fn stop(&mut self) {}
+}
 
-    /// A copy for a copy of the machine, usually `Box::new(self.clone())`.
+/// What [`Clone`] makes of a device.
+pub trait Boxed {
+    /// A copy of it.
     fn boxed(&self) -> Box<dyn I2cDevice>;
+}
+
+impl<D: I2cDevice + Clone> Boxed for D {
+    fn boxed(&self) -> Box<dyn I2cDevice> {
+        Box::new(self.clone())
+    }
 }
 
 impl Clone for Box<dyn I2cDevice> {
@@ -37,7 +83,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Pulled up by the resistors, and down by nobody.
+    /// Both pulled up by their resistors.
     pub const HIGH: Self = Self {
         clock: true,
         data: true,
@@ -50,7 +96,7 @@ pub enum LineFault {
     /// Nothing.
     #[default]
     None,
-    /// SDA is low for good.
+    /// SDA is stuck low.
     DataLow,
     /// A device lost count of the clock and holds SDA low until it has seen this many pulses more;
     /// then all is well again.
@@ -58,9 +104,9 @@ pub enum LineFault {
         /// Pulses of SCL: nine are enough for any device in the middle of a byte.
         pulses: u8,
     },
-    /// SCL is low for good.
+    /// SCL is stuck low.
     ClockLow,
-    /// The next device that acknowledges its address then holds SCL low for good.
+    /// The next device that acknowledges its address then stretches SCL for ever.
     Stretch,
 }
 
@@ -68,6 +114,8 @@ pub enum LineFault {
 #[derive(Clone, Debug)]
 pub struct Bus {
     devices: Vec<Box<dyn I2cDevice>>,
+    /// The controller's lines lead to the devices.
+    connected: bool,
     /// The device that acknowledged the last address.
     addressed: Option<usize>,
     fault: LineFault,
@@ -83,12 +131,17 @@ impl Bus {
     pub const fn new() -> Self {
         Self {
             devices: Vec::new(),
+            connected: true,
             addressed: None,
             fault: LineFault::None,
             stretching: false,
             driven: Lines::HIGH,
             pulse_begun: false,
         }
+    }
+
+    pub fn set_connected(&mut self, connected: bool) {
+        self.connected = connected;
     }
 
     pub fn set_fault(&mut self, fault: LineFault) {
@@ -100,7 +153,7 @@ impl Bus {
         self.fault
     }
 
-    /// Whether somebody else than the controller holds SDA low.
+    /// Whether anything but the controller holds SDA low.
     pub const fn data_is_held(&self) -> bool {
         matches!(
             self.fault,
@@ -108,7 +161,7 @@ impl Bus {
         ) || !self.driven.data
     }
 
-    /// Whether somebody else than the controller holds SCL low.
+    /// Whether anything but the controller holds SCL low.
     pub const fn clock_is_held(&self) -> bool {
         matches!(self.fault, LineFault::ClockLow) || self.stretching || !self.driven.clock
     }
@@ -163,7 +216,7 @@ impl Bus {
 
     /// The address was sent: whether a device acknowledges it.
     pub fn start(&mut self, address: u16, read: bool) -> bool {
-        let mut devices = self.devices.iter_mut();
+        let mut devices = self.devices.iter_mut().filter(|_| self.connected);
         self.addressed = devices.position(|device| device.start(address, read));
         let acknowledged = self.addressed.is_some();
         self.stretching |= acknowledged && self.fault == LineFault::Stretch;
@@ -175,7 +228,7 @@ impl Bus {
         self.addressed().is_some_and(|device| device.write(byte))
     }
 
-    /// A byte from the device that was addressed; without one nobody pulls the line down.
+    /// A byte from the device that was addressed; without one the line stays high.
     pub fn read(&mut self) -> u8 {
         self.addressed().map_or(0xff, |device| device.read())
     }

@@ -1,7 +1,10 @@
 //! What the master does on the bus, one step after the other.
 
+use super::controller::I2c;
+use super::registers::{FIFO_DEPTH, abort, interrupt};
 use super::settings::con;
-use super::{Cycles, FIFO_DEPTH, I2c, abort, interrupt};
+use super::step::{Command, Step};
+use crate::peripheral::Cycles;
 
 /// Bit of an entry of the receive FIFO: the first byte after an address.
 const FIRST_DATA_BYTE: u16 = 1 << 11;
@@ -9,56 +12,6 @@ const FIRST_DATA_BYTE: u16 = 1 << 11;
 const BITS: u8 = 9;
 /// First byte of a 10-bit address, less its two upper bits.
 const TEN_BIT_PREFIX: u8 = 0b1111_0000;
-
-/// An entry of the transmit FIFO.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Command {
-    data: u8,
-    read: bool,
-    stop: bool,
-    restart: bool,
-}
-
-impl Command {
-    /// As written to IC_DATA_CMD.
-    pub const fn new(entry: u32) -> Self {
-        Self {
-            data: entry as u8,
-            read: entry & 1 << 8 != 0,
-            stop: entry & 1 << 9 != 0,
-            restart: entry & 1 << 10 != 0,
-        }
-    }
-}
-
-/// What the master is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Step {
-    /// Nothing: the bus is free.
-    Idle,
-    /// It sends START or a repeated START, and the address.
-    Address { read: bool },
-    /// Its first bits are not what is on SDA.
-    LosingArbitration { pulses: u8 },
-    /// It sends or receives a byte.
-    Byte { command: Command, first: bool },
-    /// It holds SCL low until there is another command.
-    Waiting { read: bool },
-    /// It sends STOP.
-    Stop,
-}
-
-impl Step {
-    /// Whether it ends by itself.
-    pub const fn takes_time(self) -> bool {
-        !matches!(self, Self::Idle | Self::Waiting { .. })
-    }
-
-    /// Whether an address or a byte is on the way.
-    pub const fn sends(self) -> bool {
-        matches!(self, Self::Address { .. } | Self::Byte { .. })
-    }
-}
 
 impl I2c {
     /// Whether the step cannot end for now.
@@ -280,7 +233,7 @@ impl I2c {
         self.take_step(Step::Stop, now + self.period());
     }
 
-    /// The bus is somebody else's: the master lets go of it, without a STOP.
+    /// Arbitration is lost: the master releases the bus without a STOP.
     fn lose_arbitration(&mut self) {
         self.abort(abort::LOST);
         self.step = Step::Idle;

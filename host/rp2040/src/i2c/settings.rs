@@ -1,7 +1,7 @@
 //! Registers of an I2C controller that stay as they are written (RP2040 datasheet 4.3.17).
 
-use super::{FIFO_DEPTH, Write};
-use crate::peripheral::Cycles;
+use super::registers::FIFO_DEPTH;
+use crate::peripheral::{Cycles, Write};
 
 const CON: u32 = 0x00;
 const TAR: u32 = 0x04;

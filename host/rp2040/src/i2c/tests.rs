@@ -1,5 +1,8 @@
+use super::registers::*;
+use super::settings::con;
+use super::step::Step;
 use super::*;
-use crate::peripheral::CYCLES_PER_MICROSECOND;
+use crate::peripheral::{CYCLES_PER_MICROSECOND, Cycles, Peripheral as _, Write};
 
 const CON: u32 = 0x00;
 const TAR: u32 = 0x04;
@@ -15,7 +18,7 @@ const READ: u32 = 1 << 8;
 const STOP: u32 = 1 << 9;
 const RESTART: u32 = 1 << 10;
 
-/// A period of SCL and a byte with what the driver of the firmware sets for 100 kHz.
+/// A period of SCL and a byte with what embassy-rp sets for 100 kHz.
 const HIGH: Cycles = 500 + 46 + 7;
 const LOW: Cycles = 750 + 1;
 const PERIOD: Cycles = HIGH + LOW;
@@ -58,24 +61,18 @@ impl I2cDevice for Recorder {
     fn stop(&mut self) {
         self.events.push(Event::Stop);
     }
-
-    fn boxed(&self) -> Box<dyn I2cDevice> {
-        Box::new(self.clone())
-    }
 }
 
 fn events(i2c: &I2c) -> &[Event] {
     &i2c.device::<Recorder>().expect("it was attached").events
 }
 
-type Rig = I2c;
-
-fn write(i2c: &mut Rig, offset: u32, value: u32, now: Cycles) {
+fn write(i2c: &mut I2c, offset: u32, value: u32, now: Cycles) {
     i2c.write(offset, Write::plain(value), now);
 }
 
-/// Set up for 100 kHz and address 0x60, as the firmware's driver does it, and enabled.
-fn rig() -> Rig {
+/// Set up for 100 kHz and address 0x60, as embassy-rp does it, and enabled.
+fn rig() -> I2c {
     let mut i2c = I2c::new();
     i2c.attach(Recorder::default());
     for (offset, value) in [
@@ -92,7 +89,7 @@ fn rig() -> Rig {
 }
 
 /// Lets everything happen that happens by itself; when the last of it did.
-fn settle(i2c: &mut Rig) -> Cycles {
+fn settle(i2c: &mut I2c) -> Cycles {
     let mut last = 0;
     while let Some(due) = i2c.next_event() {
         i2c.advance(due);
@@ -101,7 +98,7 @@ fn settle(i2c: &mut Rig) -> Cycles {
     last
 }
 
-fn raised(i2c: &mut Rig, interrupt: u32) -> bool {
+fn raised(i2c: &mut I2c, interrupt: u32) -> bool {
     i2c.raw_interrupts() & interrupt != 0
 }
 

@@ -3,34 +3,36 @@
 //! Whatever is changed from outside may concern the core at once: the machine looks after everything
 //! before it goes on.
 
-use super::{Load, Machine, OutsideRam};
+use super::load::Load;
+use super::state::{Machine, OutsideRam, WiringError};
 use crate::adc::Adc;
 use crate::boot_rom;
 use crate::bus::{Boot, FLASH};
 use crate::cpu::{Core, PC};
-use crate::gpio::PINS;
 use crate::i2c::{I2c, I2cDevice};
 use crate::incident::Incidents;
 use crate::memory::RAM;
 use crate::peripheral::Cycles;
 use crate::peripherals::{Peripherals, Unmodelled};
 use crate::pins::Output;
+use crate::pins::PINS;
 use crate::probe::{Call, Probe, ProbeId, Probes};
 use crate::usb::Usb;
 
 impl Machine {
-    /// What the chip drives a pin to.
+    /// What the chip drives a pin of bank 0 to.
     ///
     /// # Panics
-    /// There are pins 0 to 29 only.
+    /// There is no such pin: see [`PINS`].
     pub fn output(&self, pin: usize) -> Output {
         self.bus.peripherals.output(pin)
     }
 
-    /// Holds a pin at a level from outside, or leaves it to the chip's pulls.
+    /// Holds a pin of bank 0 at a level from outside, as a closed button does, or releases it to the
+    /// chip's pulls.
     ///
     /// # Panics
-    /// There are pins 0 to 29 only.
+    /// There is no such pin: see [`PINS`].
     pub fn set_input(&mut self, pin: usize, level: Option<bool>) {
         self.peripherals_mut().outside[pin] = level;
         self.bus.peripherals.pins_changed(self.bus.now);
@@ -41,37 +43,65 @@ impl Machine {
         &mut self.peripherals_mut().adc
     }
 
-    /// Wires a device to two pins, SDA and SCL; which controller's they are is what the pins can be
-    /// (2.19.2): I2C0's are 0 and 1, 4 and 5, ..., I2C1's 2 and 3, 6 and 7, ....
+    /// Wires a device to two pins, SDA and SCL of an I2C controller (2.19.2): of I2C0 these are 0 and
+    /// 1, 4 and 5, ..., of I2C1 2 and 3, 6 and 7, .... Several devices may share a bus. The program
+    /// reaches them while it has given both pins the function I2C.
     ///
-    /// # Panics
-    /// The pins are not a controller's SDA and SCL, or its bus is already wired to others.
-    pub fn attach_i2c(&mut self, [data, clock]: [usize; 2], device: impl I2cDevice) {
-        let controller = |pin: usize| pin / 2 % 2;
-        let number = controller(data);
-        assert!(
-            data.max(clock) < PINS
-                && data.is_multiple_of(2)
-                && !clock.is_multiple_of(2)
-                && controller(clock) == number,
-            "pins {data} and {clock} are not SDA and SCL of one controller"
-        );
-        let wired = self.peripherals_mut().i2c_pins[number].get_or_insert([data, clock]);
-        assert_eq!(*wired, [data, clock], "I2C{number} is wired to other pins");
-        self.i2c_mut(number).attach(device);
+    /// ```
+    /// # use emulated_rp2040::{Machine, elf::Image, i2c::I2cDevice};
+    /// #[derive(Clone, Debug)]
+    /// struct Thermometer;
+    ///
+    /// impl I2cDevice for Thermometer {
+    ///     fn start(&mut self, address: u16, _read: bool) -> bool {
+    ///         address == 0x48
+    ///     }
+    ///     fn write(&mut self, _byte: u8) -> bool {
+    ///         true
+    ///     }
+    ///     fn read(&mut self) -> u8 {
+    ///         21
+    ///     }
+    /// }
+    ///
+    /// let mut machine = Machine::new(&Image::default(), 0)?;
+    /// machine.attach_i2c([4, 5], Thermometer)?;
+    /// assert!(machine.attach_i2c([5, 4], Thermometer).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The pins are not SDA and SCL of one controller, or its devices are wired to other pins.
+    pub fn attach_i2c(
+        &mut self,
+        [data, clock]: [usize; 2],
+        device: impl I2cDevice,
+    ) -> Result<(), WiringError> {
+        let controller = data / 2 % 2;
+        let one_bus = data % 2 == 0 && clock % 2 == 1 && clock / 2 % 2 == controller;
+        if !one_bus || data.max(clock) >= PINS {
+            return Err(WiringError::NotABus { data, clock });
+        }
+        let wired = self.peripherals_mut().i2c_pins[controller].get_or_insert([data, clock]);
+        if *wired != [data, clock] {
+            let [data, clock] = *wired;
+            return Err(WiringError::Taken {
+                controller,
+                data,
+                clock,
+            });
+        }
+        self.i2c_mut(controller).attach(device);
+        self.bus.peripherals.pins_changed(self.bus.now);
+        Ok(())
     }
 
     /// An I2C controller, 0 or 1, with its bus: to reach the devices on it, or to break it.
     ///
     /// # Panics
-    /// There are two only.
+    /// There is no such controller.
     pub fn i2c_mut(&mut self, number: usize) -> &mut I2c {
-        let peripherals = self.peripherals_mut();
-        match number {
-            0 => &mut peripherals.i2c0,
-            1 => &mut peripherals.i2c1,
-            _ => panic!("there is no I2C{number}"),
-        }
+        &mut self.peripherals_mut().i2c[number]
     }
 
     /// USB: the cable and the host at its end.
@@ -100,7 +130,7 @@ impl Machine {
         &mut self.core
     }
 
-    /// Microseconds that the board's timer has counted: since its last reset, once it is set up.
+    /// Microseconds that the timer has counted since its last reset, once its tick is set up.
     pub fn timer_us(&self) -> u64 {
         self.bus.peripherals.timer.count(self.bus.now)
     }
@@ -111,7 +141,7 @@ impl Machine {
     }
 
     /// Lets the code outside of interrupts hang from now on: it waits for ever, in the boot ROM,
-    /// while interrupts are served as before. Gives false, and does nothing, while the core is in an
+    /// while interrupts are served as before. Returns false, and does nothing, while the core is in an
     /// interrupt or without power.
     pub fn hang(&mut self) -> bool {
         let handling = self.core.registers().handler_mode();
@@ -164,7 +194,7 @@ impl Machine {
         self.bus.flash.bytes()
     }
 
-    /// The flash's bytes, for another board's knowledge, or to spoil them.
+    /// The flash's bytes, for a programmer to change.
     pub fn flash_mut(&mut self) -> &mut [u8] {
         self.bus.flash.bytes_mut()
     }
@@ -212,13 +242,13 @@ impl Machine {
         &self.incidents
     }
 
-    /// The first access to a peripheral that is not emulated, if there was any.
+    /// The first access to a peripheral that is not emulated; `None` if there was none.
     pub fn unmodelled(&self) -> Option<Unmodelled> {
         self.bus.peripherals.unmodelled()
     }
 
     /// Measures the calls of the function at this address from now on. While there are probes the
-    /// board runs slower.
+    /// machine runs slower.
     pub fn add_probe(&mut self, function: u32) -> ProbeId {
         self.probes.add(function)
     }

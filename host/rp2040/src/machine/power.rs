@@ -1,6 +1,6 @@
 //! Power and resets of the machine.
 
-use super::Machine;
+use super::state::Machine;
 use crate::bus::Boot;
 use crate::incident::{Incident, Kind};
 use crate::psm::stage;

@@ -4,8 +4,10 @@ use super::*;
 use crate::boot_rom::{BOOT2_ADDRESS, BOOT2_SIZE};
 use crate::bus::{Boot, FLASH};
 use crate::cpu::FaultCause;
-use crate::elf::Segment;
-use crate::incident::Incident;
+use crate::elf::{Image, Segment};
+use crate::i2c::I2cDevice;
+use crate::incident::{Incident, Kind};
+use crate::peripheral::Cycles;
 use crate::pins::Output;
 
 /// A machine with this program.
@@ -188,14 +190,196 @@ fn probes_measure_calls() {
     machine.run_until(3 * STARTED);
 }
 
+/// Writes words to registers at these addresses.
+fn write_registers(machine: &mut Machine, words: &[(u32, u32)]) {
+    let now = machine.now();
+    for &(address, word) in words {
+        let written = machine.peripherals_mut().write(address, word, now);
+        written.expect("a register");
+    }
+}
+
+/// Everything comes out of reset.
+fn release_resets(machine: &mut Machine) {
+    write_registers(machine, &[(0x4000_c000, 0)]);
+}
+
+const I2C: [u32; 2] = [0x4004_4000, 0x4004_8000];
+
+/// Acknowledges its address and gives it back, or its complement after a byte was written.
+#[derive(Clone, Debug)]
+struct Echo {
+    address: u16,
+    written: Option<u8>,
+}
+
+impl Echo {
+    const fn at(address: u16) -> Self {
+        let written = None;
+        Self { address, written }
+    }
+}
+
+impl I2cDevice for Echo {
+    fn start(&mut self, address: u16, _read: bool) -> bool {
+        address == self.address
+    }
+
+    fn write(&mut self, byte: u8) -> bool {
+        self.written = Some(byte);
+        true
+    }
+
+    fn read(&mut self) -> u8 {
+        self.written.map_or(self.address as u8, |byte| !byte)
+    }
+}
+
+/// Gives pins the function I2C.
+fn select_i2c(machine: &mut Machine, pins: [u32; 2]) {
+    let registers = pins.map(|pin| (0x4001_4004 + 8 * pin, 3));
+    write_registers(machine, &registers);
+}
+
+/// Reads a byte from a device as a program does; `None` if nothing acknowledges.
+fn read_i2c(machine: &mut Machine, controller: usize, address: u32) -> Option<u32> {
+    let base = I2C[controller];
+    let read_and_stop = 1 << 9 | 1 << 8;
+    let words = [
+        (base + 0x6c, 0),
+        (base + 0x04, address),
+        (base + 0x6c, 1),
+        (base + 0x10, read_and_stop),
+    ];
+    write_registers(machine, &words);
+    machine.run_until(machine.now() + 1_000_000);
+    let now = machine.now();
+    let mut read = |offset| {
+        let value = machine.peripherals_mut().read(base + offset, now);
+        value.expect("a register")
+    };
+    let received = read(0x78);
+    // IC_CLR_TX_ABRT
+    read(0x54);
+    (received > 0).then(|| read(0x10) & 0xff)
+}
+
+#[test]
+fn both_i2c_controllers_reach_the_devices_on_their_pins() {
+    let mut machine = machine(&[0xe7fe]);
+    for (pins, address) in [([4, 5], 0x10), ([4, 5], 0x11), ([26, 27], 0x12)] {
+        let attached = machine.attach_i2c(pins, Echo::at(address));
+        assert_eq!(attached, Ok(()));
+    }
+    release_resets(&mut machine);
+    select_i2c(&mut machine, [4, 5]);
+    select_i2c(&mut machine, [26, 27]);
+    let mut read = |controller, address| read_i2c(&mut machine, controller, address);
+    assert_eq!((read(0, 0x10), read(0, 0x11)), (Some(0x10), Some(0x11)));
+    assert_eq!((read(0, 0x12), read(1, 0x12)), (None, Some(0x12)));
+    assert_eq!(read(1, 0x10), None);
+    // A copy of the machine has devices of its own.
+    let mut copy = machine.clone();
+    let device = copy.i2c_mut(1).device_mut::<Echo>().expect("attached");
+    assert!(device.write(0));
+    assert_eq!(read_i2c(&mut copy, 1, 0x12), Some(0xff));
+    assert_eq!(read_i2c(&mut machine, 1, 0x12), Some(0x12));
+}
+
+#[test]
+fn a_device_on_other_pins_than_the_program_uses_is_not_reached() {
+    let mut machine = machine(&[0xe7fe]);
+    let attached = machine.attach_i2c([4, 5], Echo::at(0x10));
+    assert_eq!(attached, Ok(()));
+    release_resets(&mut machine);
+    select_i2c(&mut machine, [0, 1]);
+    assert_eq!(read_i2c(&mut machine, 0, 0x10), None);
+    select_i2c(&mut machine, [4, 5]);
+    assert_eq!(read_i2c(&mut machine, 0, 0x10), Some(0x10));
+    // SIO takes SCL back.
+    write_registers(&mut machine, &[(0x4001_4004 + 8 * 5, 5)]);
+    assert_eq!(read_i2c(&mut machine, 0, 0x10), None);
+}
+
+#[test]
+fn devices_fit_only_to_a_controllers_pins() {
+    let mut machine = machine(&[0xe7fe]);
+    for pins in [
+        [5, 4],
+        [4, 7],
+        [2, 5],
+        [4, 6],
+        [30, 31],
+        [usize::MAX - 1, 1],
+    ] {
+        let [data, clock] = pins;
+        let error = machine.attach_i2c(pins, Echo::at(1));
+        assert_eq!(error, Err(WiringError::NotABus { data, clock }));
+    }
+    assert_eq!(machine.attach_i2c([0, 5], Echo::at(1)), Ok(()));
+    let error = machine.attach_i2c([4, 5], Echo::at(2)).expect_err("wired");
+    assert_eq!(
+        error.to_string(),
+        "the devices of I2C0 are wired to GPIO 0 and 5"
+    );
+    assert_eq!(machine.attach_i2c([2, 3], Echo::at(2)), Ok(()));
+}
+
+#[test]
+fn the_program_reads_the_voltages_on_the_converters_inputs() {
+    // MOV R1, PC; LDR R0, [R1, #4] (ADC); LDR R2, [R0, #4] (RESULT); B to LDR
+    let code = [0x4679, 0x6848, 0x6842, 0xe7fd, 0xc000, 0x4004];
+    let mut machine = machine(&code);
+    machine.run_until(STARTED);
+    release_resets(&mut machine);
+    for (channel, counts) in [(0, 100), (3, 4_095), (3, 5)] {
+        machine.adc_mut().set_input(channel, counts);
+        // EN, START_ONCE and AINSEL
+        let start = 0b101 | (channel as u32) << 12;
+        write_registers(&mut machine, &[(0x4004_c000, start)]);
+        machine.run_until(machine.now() + 300);
+        let result = machine.core().registers().get(2);
+        assert_eq!(result, u32::from(counts));
+    }
+}
+
+#[test]
+fn outputs_are_seen_when_they_change() {
+    // MOV R1, PC; LDR R0, [R1, #16] (SIO); MOVS R2, #8; STR R2, [R0, #0x24] (GPIO_OE_SET);
+    // STR R2, [R0, #0x1c] (GPIO_OUT_XOR); MOVS R3, #0; SUBS R3, #1; B to STR; (nop)
+    let code = [
+        0x4679, 0x6908, 0x2208, 0x6242, 0x61c2, 0x2300, 0x3b01, 0xe7fb, 0xbf00, 0xbf00, 0x0000,
+        0xd000,
+    ];
+    let mut machine = machine(&code);
+    machine.run_until(STARTED);
+    assert_eq!(machine.output(3), Output::Floating, "without a function");
+    release_resets(&mut machine);
+    write_registers(&mut machine, &[(0x4001_4004 + 8 * 3, 5)]);
+    let mut changes = Vec::new();
+    let mut before = machine.output(3);
+    while changes.len() < 10 {
+        machine.run_to_event(Cycles::MAX);
+        let now = machine.output(3);
+        if now != before {
+            changes.push((machine.now(), now));
+            before = now;
+        }
+    }
+    // STR to SIO, MOVS, SUBS, B taken
+    for pair in changes.windows(2) {
+        assert_eq!(pair[1].0 - pair[0].0, 1 + 1 + 1 + 2);
+        assert_ne!(pair[1].1, pair[0].1);
+    }
+}
+
 #[test]
 fn pins_can_be_held_from_outside() {
     // MOV R1, PC; LDR R0, [R1, #4] (SIO); LDR R2, [R0, #4] (GPIO_IN); B to LDR
     let code = [0x4679, 0x6848, 0x6842, 0xe7fd, 0x0000, 0xd000];
     let mut machine = machine(&code);
     machine.run_until(STARTED);
-    // Pads come out of reset.
-    machine.peripherals_mut().write(0x4000_c000, 0, STARTED);
+    release_resets(&mut machine);
     for (level, bit) in [(Some(true), 1 << 9), (Some(false), 0), (None, 0)] {
         machine.set_input(9, level);
         machine.run_until(machine.now() + 100);

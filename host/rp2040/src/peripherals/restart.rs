@@ -1,6 +1,6 @@
 //! What resets do to the peripherals.
 
-use super::Peripherals;
+use super::blocks::Peripherals;
 use crate::clocks::Clocks;
 use crate::gpio::IoBank0;
 use crate::pads::Pads;
@@ -25,8 +25,8 @@ impl Peripherals {
             match bit {
                 subsystem::ADC => self.adc.reset(),
                 subsystem::DMA => self.dma.reset(),
-                subsystem::I2C0 => self.i2c0.reset(),
-                subsystem::I2C1 => self.i2c1.reset(),
+                subsystem::I2C0 => self.i2c[0].reset(),
+                subsystem::I2C1 => self.i2c[1].reset(),
                 subsystem::USBCTRL => self.usb.reset(now),
                 subsystem::BUSCTRL => self.busctrl.reset(),
                 subsystem::IO_BANK0 => self.io_bank0 = IoBank0::new(),
@@ -44,7 +44,7 @@ impl Peripherals {
         self.pins_changed(now);
     }
 
-    /// The reset that the watchdog, having fired, demands; gives which stages go through it.
+    /// The reset that the watchdog, having fired, demands; returns which stages go through it.
     pub fn reset_by_watchdog(&mut self, now: Cycles) -> u32 {
         let stages = self.psm.restarted_by_watchdog();
         self.watchdog.restart();

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// Slice 0 as the firmware has it: 125 MHz, 6250 counts, 20 kHz.
+/// Slice 0 at 20 kHz: 125 MHz, 6250 counts, 20 kHz.
 fn running() -> Pwm {
     let mut pwm = Pwm::new();
     pwm.write(TOP, Write::plain(6_249), 0);
@@ -108,7 +108,7 @@ fn wraps_interrupt_if_asked_to() {
 fn wraps_ask_for_dma_if_a_channel_waits() {
     let mut pwm = running();
     pwm.advance(10_000);
-    assert_eq!(pwm.take_wraps(), 0, "nobody waited");
+    assert_eq!(pwm.take_wraps(), 0, "nothing waitsed");
     pwm.await_wraps(0b11);
     assert_eq!(pwm.next_event(), Some(12_500));
     pwm.advance(12_500);
@@ -116,7 +116,7 @@ fn wraps_ask_for_dma_if_a_channel_waits() {
     assert_eq!((pwm.take_wraps(), pwm.take_wraps()), (1, 0));
     pwm.advance(18_750);
     pwm.await_wraps(0);
-    assert_eq!(pwm.take_wraps(), 0, "nobody waits any more");
+    assert_eq!(pwm.take_wraps(), 0, "nothing waits any more");
     assert_eq!(pwm.next_event(), None);
 }
 

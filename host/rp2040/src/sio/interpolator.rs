@@ -39,7 +39,7 @@ pub(super) struct Interpolator {
     ctrl: [u32; 2],
 }
 
-/// What the lanes give.
+/// Results of both lanes.
 struct Results {
     lanes: [u32; 2],
     full: u32,

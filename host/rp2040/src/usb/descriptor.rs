@@ -39,25 +39,14 @@ pub enum DescriptorError {
         /// What was asked for.
         expected: u8,
     },
-    /// It says another length than came.
-    #[error("it says that it has {said} bytes, but {got} came")]
+    /// Its length, or that of a descriptor within the configuration, is not the number of bytes that
+    /// are there.
+    #[error("it says that it has {said} bytes, but there are {got}")]
     Length {
         /// What it says.
         said: usize,
-        /// What came.
+        /// What is there.
         got: usize,
-    },
-    /// A descriptor within the configuration runs out of it, or has no length.
-    #[error(
-        "the descriptor at byte {at} says that it has {length} bytes, of which {left} are there"
-    )]
-    Chain {
-        /// Where it begins.
-        at: usize,
-        /// What it says.
-        length: usize,
-        /// What is left of the configuration.
-        left: usize,
     },
     /// A packet size that no full-speed endpoint may have.
     #[error("endpoint {endpoint:#04x} has packets of {size} bytes; 8, 16, 32 and 64 are allowed")]
@@ -71,7 +60,7 @@ pub enum DescriptorError {
     #[error("it has no CDC-ACM interface (class 2, subclass 2), so it is no serial port")]
     NoSerialPort,
     /// A CDC-ACM function without its data.
-    #[error("its CDC data interface lacks a bulk endpoint for {0:?}")]
+    #[error("its CDC data interface lacks a bulk endpoint for {0}")]
     NoBulk(Direction),
     /// A string that is no UTF-16.
     #[error("it is no UTF-16 text")]
@@ -85,9 +74,8 @@ pub(super) struct Device {
     pub(super) product: u16,
     pub(super) release: u16,
     pub(super) control_packet: usize,
-    pub(super) manufacturer_name: u8,
-    pub(super) product_name: u8,
-    pub(super) serial_number: u8,
+    /// The indices of the strings, in the order of [`Text`](super::Text); 0 is none.
+    pub(super) strings: [u8; 3],
 }
 
 /// A bulk endpoint.
@@ -105,32 +93,31 @@ pub(super) struct SerialPort {
     pub(super) configuration: u8,
     /// The interface that class requests go to.
     pub(super) control_interface: u8,
-    /// Where the device tells of line states, if it does.
+    /// Where the device reports line states, if it does.
     pub(super) notifications: Option<Endpoint>,
     pub(super) input: Bulk,
     pub(super) output: Bulk,
 }
 
-fn head(bytes: &[u8], kind: u8, least: usize) -> Result<(), DescriptorError> {
-    let got = bytes.len();
-    match *bytes {
-        [_, got, ..] if got != kind => Err(DescriptorError::Type {
-            got,
-            expected: kind,
-        }),
-        [said, _, ..] if usize::from(said) > got => Err(DescriptorError::Length {
-            said: said.into(),
-            got,
-        }),
-        [said, _, ..] if usize::from(said) >= least => Ok(()),
-        [said, _, ..] => Err(DescriptorError::Short {
-            got: said.into(),
-            expected: least,
-        }),
-        _ => Err(DescriptorError::Short {
-            got,
-            expected: least,
-        }),
+/// Checks type and length.
+fn check(bytes: &[u8], kind: u8, least: usize) -> Result<(), DescriptorError> {
+    let short = |got| DescriptorError::Short {
+        got,
+        expected: least,
+    };
+    let [said, got, ..] = *bytes else {
+        return Err(short(bytes.len()));
+    };
+    let (said, expected) = (usize::from(said), kind);
+    if got != expected {
+        Err(DescriptorError::Type { got, expected })
+    } else if said > bytes.len() {
+        let got = bytes.len();
+        Err(DescriptorError::Length { said, got })
+    } else if said < least {
+        Err(short(said))
+    } else {
+        Ok(())
     }
 }
 
@@ -148,187 +135,124 @@ fn packet(endpoint: u8, size: u16) -> Result<usize, DescriptorError> {
 
 /// The packet size of the control pipe, of the first 8 bytes of a device descriptor.
 pub(super) fn control_packet(bytes: &[u8]) -> Result<usize, DescriptorError> {
-    let [_, kind, _, _, _, _, _, size, ..] = *bytes else {
-        return Err(DescriptorError::Short {
-            got: bytes.len(),
-            expected: 8,
-        });
-    };
-    if kind != DEVICE {
-        return Err(DescriptorError::Type {
-            got: kind,
+    let (got, expected) = (bytes.len(), 8);
+    match *bytes {
+        [_, DEVICE, _, _, _, _, _, size, ..] => packet(0, size.into()),
+        [_, got, ..] if got != DEVICE => Err(DescriptorError::Type {
+            got,
             expected: DEVICE,
-        });
+        }),
+        _ => Err(DescriptorError::Short { got, expected }),
     }
-    packet(0, size.into())
 }
 
 /// Reads a device descriptor.
 pub(super) fn device(bytes: &[u8]) -> Result<Device, DescriptorError> {
-    head(bytes, DEVICE, 18)?;
-    let [.., manufacturer_name, product_name, serial_number, _] = bytes[..18] else {
-        unreachable!("18 bytes");
-    };
+    check(bytes, DEVICE, 18)?;
     Ok(Device {
         vendor: half(bytes, 8),
         product: half(bytes, 10),
         release: half(bytes, 12),
         control_packet: control_packet(bytes)?,
-        manufacturer_name,
-        product_name,
-        serial_number,
+        strings: [bytes[14], bytes[15], bytes[16]],
     })
 }
 
 /// How long a configuration is with all that belongs to it, of its first 9 bytes.
 pub(super) fn configuration_length(bytes: &[u8]) -> Result<u16, DescriptorError> {
-    head(bytes, CONFIGURATION, 9)?;
+    check(bytes, CONFIGURATION, 9)?;
     let total = half(bytes, 2);
     if total < 9 {
-        return Err(DescriptorError::Short {
-            got: total.into(),
-            expected: 9,
-        });
+        let (got, expected) = (total.into(), 9);
+        return Err(DescriptorError::Short { got, expected });
     }
     Ok(total)
 }
 
 /// The languages of a device's strings: the first.
 pub(super) fn language(bytes: &[u8]) -> Result<u16, DescriptorError> {
-    head(bytes, STRING, 4)?;
+    check(bytes, STRING, 4)?;
     Ok(half(bytes, 2))
 }
 
 /// Reads a string descriptor.
 pub(super) fn string(bytes: &[u8]) -> Result<String, DescriptorError> {
-    head(bytes, STRING, 2)?;
-    let text = &bytes[2..usize::from(bytes[0])];
-    if !text.len().is_multiple_of(2) {
-        return Err(DescriptorError::Text);
+    check(bytes, STRING, 2)?;
+    let (units, rest) = bytes[2..usize::from(bytes[0])].as_chunks();
+    let units: Vec<u16> = units.iter().map(|unit| u16::from_le_bytes(*unit)).collect();
+    match String::from_utf16(&units) {
+        Ok(text) if rest.is_empty() => Ok(text),
+        _ => Err(DescriptorError::Text),
     }
-    let units: Vec<u16> = (0..text.len()).step_by(2).map(|i| half(text, i)).collect();
-    String::from_utf16(&units).map_err(|_| DescriptorError::Text)
 }
 
-/// Finds the serial port in a whole configuration.
-pub(super) fn serial_port(bytes: &[u8]) -> Result<SerialPort, DescriptorError> {
-    let said = usize::from(configuration_length(bytes)?);
-    if said != bytes.len() {
-        return Err(DescriptorError::Length {
-            said,
-            got: bytes.len(),
-        });
-    }
-    let parts = chain(bytes)?;
-    let interfaces = interfaces(&parts);
-    let control = interfaces
-        .iter()
-        .find(|i| (i.class, i.subclass) == (COMMUNICATIONS, ABSTRACT_CONTROL))
-        .ok_or(DescriptorError::NoSerialPort)?;
-    let is_data = |i: &&Interface| match control.subordinate {
-        Some(number) => i.number == number,
-        None => i.class == CDC_DATA,
-    };
-    let data = interfaces.iter().find(is_data);
-    let bulk = |direction| {
-        let described = data
-            .and_then(|data| data.endpoint(BULK, direction))
-            .ok_or(DescriptorError::NoBulk(direction))?;
-        let endpoint = described.endpoint;
-        let packet = packet(endpoint.address(), described.size)?;
-        Ok(Bulk { endpoint, packet })
-    };
-    let notifications = control.endpoint(INTERRUPT, Direction::In);
-    Ok(SerialPort {
-        configuration: bytes[5],
-        control_interface: control.number,
-        notifications: notifications.map(|described| described.endpoint),
-        input: bulk(Direction::In)?,
-        output: bulk(Direction::Out)?,
-    })
-}
-
-/// Cuts a configuration into its descriptors.
-fn chain(bytes: &[u8]) -> Result<Vec<&[u8]>, DescriptorError> {
-    let mut parts = Vec::new();
-    let mut at = 0;
-    while let Some(length) = bytes.get(at) {
-        let length = usize::from(*length);
-        let part = bytes.get(at..at + length).filter(|part| part.len() >= 2);
-        parts.push(part.ok_or(DescriptorError::Chain {
-            at,
-            length,
-            left: bytes.len() - at,
-        })?);
-        at += length;
-    }
-    Ok(parts)
-}
-
-struct Interface {
-    number: u8,
-    class: u8,
-    subclass: u8,
-    /// The data interface, of a communications interface.
-    subordinate: Option<u8>,
-    endpoints: Vec<Described>,
-}
-
-#[derive(Clone, Copy)]
+/// An endpoint of an interface.
 struct Described {
-    endpoint: Endpoint,
+    interface: u8,
     kind: u8,
+    endpoint: Endpoint,
     size: u16,
 }
 
-impl Interface {
-    fn endpoint(&self, kind: u8, direction: Direction) -> Option<Described> {
-        let fits = |e: &&Described| e.kind == kind && e.endpoint.direction == direction;
-        self.endpoints.iter().find(fits).copied()
+/// Finds the serial port in a whole configuration. Interfaces count in their first alternate
+/// setting, the only one that needs no further request.
+pub(super) fn serial_port(bytes: &[u8]) -> Result<SerialPort, DescriptorError> {
+    let (said, got) = (configuration_length(bytes)?.into(), bytes.len());
+    if said != got {
+        return Err(DescriptorError::Length { said, got });
     }
-}
-
-/// The interfaces in their first alternate setting, the only one that needs no further request.
-fn interfaces(parts: &[&[u8]]) -> Vec<Interface> {
-    let mut interfaces = Vec::<Interface>::new();
-    let mut alternate = 0;
-    for part in parts {
-        match **part {
-            [_, INTERFACE, number, setting, _, class, subclass, ..] => {
-                alternate = setting;
-                if alternate == 0 {
-                    interfaces.push(Interface {
-                        number,
-                        class,
-                        subclass,
-                        subordinate: None,
-                        endpoints: Vec::new(),
-                    });
+    // The interfaces of the port, the one that a union names or else the first for CDC data, and the
+    // interface that is being described.
+    let (mut control, mut union, mut data, mut current) = (None, None, None, None);
+    let mut endpoints = Vec::new();
+    let mut rest = bytes;
+    while let [length, ..] = *rest {
+        let (said, got) = (usize::from(length), rest.len());
+        let part = rest.get(..said).filter(|part| part.len() >= 2);
+        let part = part.ok_or(DescriptorError::Length { said, got })?;
+        rest = &rest[said..];
+        match *part {
+            [_, INTERFACE, number, alternate, _, class, subclass, ..] => {
+                current = (alternate == 0).then_some(number);
+                match (class, subclass) {
+                    (COMMUNICATIONS, ABSTRACT_CONTROL) => control = control.or(current),
+                    (CDC_DATA, _) => data = data.or(current),
+                    _ => {}
                 }
             }
-            [_, CLASS_INTERFACE, UNION, _, subordinate, ..] => {
-                if let Some(interface) = interfaces.last_mut() {
-                    interface.subordinate = Some(subordinate);
-                }
+            [_, CLASS_INTERFACE, UNION, main, subordinate, ..] if control == Some(main) => {
+                union = Some(subordinate);
             }
-            [_, ENDPOINT, address, attributes, ..] if part.len() >= 6 && alternate == 0 => {
-                let direction = if address & 0x80 != 0 {
-                    Direction::In
-                } else {
-                    Direction::Out
-                };
-                if let Some(interface) = interfaces.last_mut() {
-                    interface.endpoints.push(Described {
-                        endpoint: Endpoint::new(address, direction),
-                        kind: attributes & 3,
-                        size: half(part, 4),
-                    });
-                }
+            [_, ENDPOINT, address, attributes, low, high, ..] => {
+                endpoints.extend(current.map(|interface| Described {
+                    interface,
+                    kind: attributes & 3,
+                    endpoint: Endpoint::at(address),
+                    size: u16::from_le_bytes([low, high]),
+                }));
             }
             _ => {}
         }
     }
-    interfaces
+    let control = control.ok_or(DescriptorError::NoSerialPort)?;
+    let find = |interface, kind, direction| {
+        let mut of_interface = endpoints.iter().filter(|e| interface == Some(e.interface));
+        of_interface.find(|e| e.kind == kind && e.endpoint.direction == direction)
+    };
+    let bulk = |direction| {
+        let found = find(union.or(data), BULK, direction);
+        let found = found.ok_or(DescriptorError::NoBulk(direction))?;
+        let endpoint = found.endpoint;
+        let packet = packet(endpoint.address(), found.size)?;
+        Ok(Bulk { endpoint, packet })
+    };
+    Ok(SerialPort {
+        configuration: bytes[5],
+        control_interface: control,
+        notifications: find(Some(control), INTERRUPT, Direction::In).map(|found| found.endpoint),
+        input: bulk(Direction::In)?,
+        output: bulk(Direction::Out)?,
+    })
 }
 
 #[cfg(test)]
@@ -399,12 +323,8 @@ pub(super) mod tests {
         let length = DescriptorError::Length { said: 71, got: 70 };
         assert_eq!(serial_port(&changed(2, 71)), Err(length));
         assert_eq!(configuration_length(&changed(2, 3)), Err(short(3, 9)));
-        let chain = DescriptorError::Chain {
-            at: 63,
-            length: 8,
-            left: 7,
-        };
-        assert_eq!(serial_port(&changed(63, 8)), Err(chain));
+        let length = DescriptorError::Length { said: 8, got: 7 };
+        assert_eq!(serial_port(&changed(63, 8)), Err(length));
         assert!(serial_port(&changed(63, 0)).is_err(), "no endless loop");
         let none = Err(DescriptorError::NoSerialPort);
         assert_eq!(serial_port(&changed(22, 3)), none);

@@ -1,6 +1,8 @@
 //! The controller's memory (RP2040 datasheet 4.1.2.5): setup packet, endpoint and buffer control,
 //! data buffers. Processor and controller share it.
 
+use std::fmt;
+
 /// Its size in bytes.
 pub(super) const SIZE: usize = 4096;
 
@@ -18,6 +20,15 @@ pub enum Direction {
     In,
     /// To the device.
     Out,
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::In => "IN",
+            Self::Out => "OUT",
+        })
+    }
 }
 
 /// One of the 32 endpoints.
@@ -39,6 +50,12 @@ impl Endpoint {
     pub(super) const fn new(number: u8, direction: Direction) -> Self {
         let number = number & 15;
         Self { number, direction }
+    }
+
+    /// The endpoint of an [`address`](Self::address).
+    pub(super) const fn at(address: u8) -> Self {
+        let input = address & 0x80 != 0;
+        Self::new(address, if input { Direction::In } else { Direction::Out })
     }
 
     /// Whether it belongs to the control pipe.
@@ -153,7 +170,7 @@ impl Dpram {
         std::array::from_fn(|i| self.bytes[(offset as usize + i) % SIZE])
     }
 
-    /// Writes N bytes. Gives true if what the controller does may depend on them.
+    /// Writes N bytes. Returns true if what the controller does may depend on them.
     pub(super) fn write<const N: usize>(&mut self, offset: u32, bytes: [u8; N]) -> bool {
         self.store(offset, &bytes);
         (8..CONTROL_END).contains(&(offset % SIZE as u32))

@@ -1,5 +1,5 @@
-//! Getting to know a device: which requests a host makes after a bus reset, what it concludes from
-//! the replies, and when it gives up (USB 2.0 9.1.2 and 9.4; PSTN 1.2 6.3).
+//! Enumeration: the requests that a host makes after a bus reset, what it reads from the replies,
+//! and when it stops (USB 2.0 9.1.2 and 9.4; PSTN 1.2 6.3).
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use super::descriptor::{self, DescriptorError, Device, SerialPort};
 /// The address that the only device on the bus gets.
 const ADDRESS: u8 = 1;
 
-/// What a host asks of a device.
+/// A request of the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// GET_DESCRIPTOR, the device's first packet, before it has an address.
@@ -46,6 +46,20 @@ pub enum Text {
     SerialNumber,
 }
 
+impl Text {
+    const ALL: [Self; 3] = [Self::Manufacturer, Self::Product, Self::SerialNumber];
+}
+
+impl fmt::Display for Text {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Manufacturer => "manufacturer",
+            Self::Product => "product",
+            Self::SerialNumber => "serial number",
+        })
+    }
+}
+
 impl fmt::Display for Request {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -57,7 +71,7 @@ impl fmt::Display for Request {
                 write!(f, "GET_DESCRIPTOR (configuration, {length} bytes)")
             }
             Self::Languages => f.write_str("GET_DESCRIPTOR (languages)"),
-            Self::String(text) => write!(f, "GET_DESCRIPTOR (string, {text:?})"),
+            Self::String(text) => write!(f, "GET_DESCRIPTOR (string, {text})"),
             Self::SetConfiguration => f.write_str("SET_CONFIGURATION"),
             Self::SetLineCoding => f.write_str("SET_LINE_CODING"),
             Self::SetControlLineState(on) => {
@@ -68,10 +82,10 @@ impl fmt::Display for Request {
     }
 }
 
-/// Why the host could not take a device into use; each time it tried, the last time like this.
+/// Why enumeration failed, at the last attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EnumerationError {
-    /// Nobody listens at the device's address.
+    /// The device does not answer at its address.
     #[error("the device does not answer to {0}: its USB controller is off or has another address")]
     NoAnswer(Request),
     /// The request did not come to its end.
@@ -161,11 +175,9 @@ impl Enumeration {
     pub(super) fn packet(&self, request: Request) -> ([u8; 8], Vec<u8>) {
         let interface = self.port.map_or(0, |port| port.control_interface.into());
         let configuration = self.port.map_or(0, |port| port.configuration.into());
-        let text = |text| match (self.device, text) {
-            (None, _) => 0,
-            (Some(device), Text::Manufacturer) => device.manufacturer_name,
-            (Some(device), Text::Product) => device.product_name,
-            (Some(device), Text::SerialNumber) => device.serial_number,
+        let text = |text| {
+            self.device
+                .map_or(0, |device| device.strings[text as usize])
         };
         let descriptor = |kind: u8, index: u8| u16::from_be_bytes([kind, index]);
         let configurations = descriptor(descriptor::CONFIGURATION, 0);
@@ -204,7 +216,7 @@ impl Enumeration {
         (setup, data)
     }
 
-    /// Takes the reply to the request. Gives true when there is nothing more to ask.
+    /// Takes the reply to the request. Returns true when there is nothing more to ask.
     pub(super) fn take(&mut self, reply: &[u8]) -> Result<bool, EnumerationError> {
         let bad = |error| EnumerationError::Descriptor(self.request, error);
         let next = match self.request {
@@ -235,12 +247,12 @@ impl Enumeration {
             }
             Request::Languages => {
                 self.language = descriptor::language(reply).map_err(bad)?;
-                self.next_string(&[Text::Manufacturer, Text::Product, Text::SerialNumber])
+                Some(self.string_from(0))
             }
             Request::String(which) => {
                 let text = descriptor::string(reply).map_err(bad)?;
                 *self.string_mut(which) = Some(text);
-                self.after_string(which)
+                Some(self.string_from(which as usize + 1))
             }
             Request::SetConfiguration => Some(Request::SetLineCoding),
             Request::SetLineCoding | Request::SetControlLineState(_) | Request::ClearHalt(_) => {
@@ -250,12 +262,12 @@ impl Enumeration {
         Ok(self.go_on(next))
     }
 
-    /// The device has refused the request with STALL. Gives true when there is nothing more to ask.
+    /// The device has refused the request with STALL. Returns true when there is nothing more to ask.
     pub(super) fn refused(&mut self) -> Result<bool, EnumerationError> {
         let next = match self.request {
             // A device need not have strings, and a serial port no line coding.
             Request::Languages => Some(Request::SetConfiguration),
-            Request::String(which) => self.after_string(which),
+            Request::String(which) => Some(self.string_from(which as usize + 1)),
             Request::SetLineCoding => None,
             request => return Err(EnumerationError::Refused(request)),
         };
@@ -269,25 +281,15 @@ impl Enumeration {
         next.is_none()
     }
 
-    fn after_string(&self, which: Text) -> Option<Request> {
-        match which {
-            Text::Manufacturer => self.next_string(&[Text::Product, Text::SerialNumber]),
-            Text::Product => self.next_string(&[Text::SerialNumber]),
-            Text::SerialNumber => self.next_string(&[]),
-        }
-    }
-
-    /// The first of these strings that the device has, or what comes after the strings.
-    fn next_string(&self, left: &[Text]) -> Option<Request> {
-        let has = |text: &&Text| {
-            self.device.is_some_and(|device| match text {
-                Text::Manufacturer => device.manufacturer_name != 0,
-                Text::Product => device.product_name != 0,
-                Text::SerialNumber => device.serial_number != 0,
-            })
+    /// The first string of [`Text::ALL`] from `first` on that the device has, or what comes after the
+    /// strings.
+    fn string_from(&self, first: usize) -> Request {
+        let has = |text: &Text| {
+            self.device
+                .is_some_and(|device| device.strings[*text as usize] != 0)
         };
-        let next = left.iter().find(has).copied();
-        Some(next.map_or(Request::SetConfiguration, Request::String))
+        let next = Text::ALL.into_iter().skip(first).find(has);
+        next.map_or(Request::SetConfiguration, Request::String)
     }
 
     fn string_mut(&mut self, which: Text) -> &mut Option<String> {

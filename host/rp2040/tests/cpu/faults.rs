@@ -6,7 +6,7 @@ use emulated_rp2040::cpu::{Activity, FaultCause, LR, PC, SP};
 
 use crate::fixture::{Board, NOWHERE, STACK, THREAD, handler, op};
 
-/// Executes `code` once with R1 as given; gives the registers R0 to R7 and SP before and after, the
+/// Executes `code` once with R1 as given; returns the registers R0 to R7 and SP before and after, the
 /// cause and the address.
 fn fault_of(code: &[u16], r1: u32) -> (FaultCause, Option<u32>) {
     let mut board = Board::new(code);

@@ -116,7 +116,7 @@ impl Board {
         }
     }
 
-    /// Executes one instruction out of order, with R0 and R1 as given; gives R0. Nothing else
+    /// Executes one instruction out of order, with R0 and R1 as given; returns R0. Nothing else
     /// changes, unless the instruction faults.
     fn execute(&mut self, op: u16, r0: u32, r1: u32) -> u32 {
         self.code(SPARE, &[op]);

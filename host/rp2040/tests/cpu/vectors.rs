@@ -192,7 +192,7 @@ impl Reader<'_> {
     }
 }
 
-/// Runs all vectors of a file; gives how many there were.
+/// Runs all vectors of a file; returns how many there were.
 ///
 /// # Panics
 /// At the first that comes out differently.

@@ -1,14 +1,14 @@
 //! What the device answers when the host addresses it (RP2040 datasheet 4.1.2.6).
 
-use super::super::dpram::{
+use super::device::Controller;
+use crate::usb::dpram::{
     AVAILABLE, Direction, Endpoint, EndpointControl, FULL, LAST, LENGTH, PID, RESET_SELECT, STALL,
 };
-use super::super::registers as r;
-use super::Controller;
+use crate::usb::registers as r;
 
 /// What a data packet says of its place in the sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Pid {
+pub(in crate::usb) enum Pid {
     /// DATA0.
     Data0,
     /// DATA1.
@@ -17,7 +17,7 @@ pub(in super::super) enum Pid {
 
 impl Pid {
     /// The next packet's.
-    pub(in super::super) const fn toggled(self) -> Self {
+    pub(in crate::usb) const fn toggled(self) -> Self {
         match self {
             Self::Data0 => Self::Data1,
             Self::Data1 => Self::Data0,
@@ -35,8 +35,8 @@ impl Pid {
 
 /// What the device does when the host addresses an endpoint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Answer {
-    /// Nobody is there: another address, endpoint disabled, controller off.
+pub(in crate::usb) enum Answer {
+    /// No answer: another address, endpoint disabled, controller off.
     Silence,
     /// NAK: not now.
     Nak,
@@ -48,7 +48,7 @@ pub(in super::super) enum Answer {
 
 /// What the host gets when it asks for data.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(in super::super) enum Reply {
+pub(in crate::usb) enum Reply {
     /// Data, which the host acknowledges.
     Data(Pid, Vec<u8>),
     /// None: [`Answer`] says why, and is not `Ready`.
@@ -56,8 +56,8 @@ pub(in super::super) enum Reply {
 }
 
 impl Controller {
-    /// Takes a SETUP packet; false if there is nobody of that address.
-    pub(in super::super) fn setup(&mut self, address: u8, packet: [u8; 8]) -> bool {
+    /// Takes a SETUP packet; false if it is for another address.
+    pub(in crate::usb) fn setup(&mut self, address: u8, packet: [u8; 8]) -> bool {
         let hears = self.hears(address);
         if hears {
             self.dpram.store(0, &packet);
@@ -68,7 +68,7 @@ impl Controller {
     }
 
     /// What the device would answer now; nothing changes.
-    pub(in super::super) fn answer(&self, address: u8, endpoint: Endpoint) -> Answer {
+    pub(in crate::usb) fn answer(&self, address: u8, endpoint: Endpoint) -> Answer {
         let control = self.endpoint_control(endpoint);
         if !self.hears(address) || !control.enabled {
             return Answer::Silence;
@@ -91,7 +91,7 @@ impl Controller {
     }
 
     /// The host wanted to use this endpoint and was told that it cannot.
-    pub(in super::super) fn refused(&mut self, endpoint: Endpoint, answer: Answer) {
+    pub(in crate::usb) fn refused(&mut self, endpoint: Endpoint, answer: Answer) {
         let control = self.endpoint_control(endpoint);
         let tell = match answer {
             Answer::Nak => control.on_nak,
@@ -104,7 +104,7 @@ impl Controller {
     }
 
     /// The host asks for data, and acknowledges what it gets.
-    pub(in super::super) fn give(&mut self, address: u8, endpoint: Endpoint) -> Reply {
+    pub(in crate::usb) fn give(&mut self, address: u8, endpoint: Endpoint) -> Reply {
         let answer = self.answer(address, endpoint);
         let Answer::Ready(length) = answer else {
             self.refused(endpoint, answer);
@@ -119,7 +119,7 @@ impl Controller {
     }
 
     /// The host sends data. `Ready` means that they were acknowledged.
-    pub(in super::super) fn take(
+    pub(in crate::usb) fn take(
         &mut self,
         address: u8,
         endpoint: Endpoint,

@@ -1,8 +1,8 @@
 //! A serial port in use: what the host has to remember of both directions.
 
-use super::super::controller::Pid;
-use super::super::descriptor::SerialPort;
-use super::super::enumeration::Request;
+use crate::usb::controller::Pid;
+use crate::usb::descriptor::SerialPort;
+use crate::usb::enumeration::Request;
 
 /// A serial port in use.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,7 @@ impl Connection {
         if let Some((_, endpoint)) = halted {
             return Some(Request::ClearHalt(endpoint.address()));
         }
-        // A port is closed until it is opened: nobody need be told.
+        // A port is closed until it is opened: the device need not be told.
         (self.told.unwrap_or(false) != dtr).then_some(Request::SetControlLineState(dtr))
     }
 }

@@ -1,28 +1,13 @@
 //! What the host asks of the device by control transfers, and what follows from the answers.
 
-use super::super::controller::Controller;
-use super::super::enumeration::{EnumerationError, Request};
-use super::super::transfer::{ControlTransfer, Progress};
+use super::asked::{Asked, Outcome};
 use super::connection::{Connection, Halt, Pipe};
-use super::{ATTEMPTS, Host, NEW_ADDRESS, Phase, REQUEST_LIMIT};
+use super::phase::Phase;
+use super::phases::{ATTEMPTS, Host, NEW_ADDRESS, REQUEST_LIMIT};
 use crate::peripheral::Cycles;
-
-/// How a control transfer has ended.
-pub(super) enum Outcome {
-    Done(Vec<u8>),
-    Refused,
-    NoAnswer,
-    TimeOut,
-    Babble(usize),
-}
-
-/// A control transfer under way.
-#[derive(Clone, Debug)]
-pub(super) struct Asked {
-    pub(super) request: Request,
-    pub(super) transfer: ControlTransfer,
-    pub(super) deadline: Cycles,
-}
+use crate::usb::controller::Controller;
+use crate::usb::enumeration::{EnumerationError, Request};
+use crate::usb::transfer::{ControlTransfer, Progress};
 
 impl Host {
     /// Begins the next control transfer, if none is under way.

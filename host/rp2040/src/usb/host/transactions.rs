@@ -1,14 +1,15 @@
 //! Which transaction comes next on the bus, and what becomes of it.
 
-use super::super::bus::{self, Transaction};
-use super::super::controller::{Answer, Controller, Pid, Reply};
-use super::super::descriptor::Bulk;
-use super::super::dpram::Endpoint;
-use super::super::transfer::Step;
+use super::asked::Outcome;
 use super::connection::{Connection, Halt, Pipe};
-use super::requests::Outcome;
-use super::{Host, Phase, RECEIVE_CAPACITY};
+use super::phase::Phase;
+use super::phases::{Host, RECEIVE_CAPACITY};
 use crate::peripheral::Cycles;
+use crate::usb::bus::{self, Transaction};
+use crate::usb::controller::{Answer, Controller, Pid, Reply};
+use crate::usb::descriptor::Bulk;
+use crate::usb::dpram::Endpoint;
+use crate::usb::transfer::Step;
 
 impl Host {
     pub(super) fn running(&self) -> bool {
@@ -16,7 +17,7 @@ impl Host {
     }
 
     /// Begins the next transaction, if there is one that would come to something.
-    pub(in super::super) fn schedule(&mut self, controller: &mut Controller, now: Cycles) {
+    pub(in crate::usb) fn schedule(&mut self, controller: &mut Controller, now: Cycles) {
         if self.pending.is_none() && self.running() {
             self.ask(now);
             if let Some((transaction, bytes)) = self.choose(controller) {

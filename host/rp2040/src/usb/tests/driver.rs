@@ -1,4 +1,4 @@
-//! The firmware's end of the cable, for tests: drives the controller's registers in the order in
+//! The program's end of the cable, for tests: drives the controller's registers in the order in
 //! which embassy-rp 0.10 and embassy-usb 0.6 do.
 
 use std::collections::VecDeque;
@@ -195,7 +195,7 @@ impl Driver {
         usb.write(r::INTE, set, now);
     }
 
-    /// Gives true if it has got on.
+    /// Returns true if it has got on.
     fn control(&mut self, usb: &mut Usb, now: Cycles) -> bool {
         match &mut self.control {
             Control::Setup => {

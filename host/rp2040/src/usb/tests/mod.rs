@@ -1,4 +1,4 @@
-//! Controller, host and a driver like the firmware's, together.
+//! Controller, host and a driver, together.
 
 mod driver;
 mod enumeration;
@@ -14,7 +14,7 @@ const MILLISECOND: Cycles = 1_000 * CYCLES_PER_MICROSECOND;
 const OPEN: State = State::Configured { dtr: true };
 const CLOSED: State = State::Configured { dtr: false };
 
-/// A board whose program is the driver.
+/// A chip whose program is the driver.
 struct Board {
     usb: Usb,
     driver: Driver,
@@ -201,8 +201,8 @@ fn a_pulled_cable_stops_everything() {
     assert!(before.bytes_in > 0 && before.bytes_out > 0);
     board.run(10 * MILLISECOND);
     assert_eq!(board.usb.counters(), before);
-    assert!(board.driver.suspended, "all that the board can see");
-    assert!(board.driver.dtr, "nobody told it");
+    assert!(board.driver.suspended, "all that the device can see");
+    assert!(board.driver.dtr, "it was not told");
     assert_eq!(board.receive(), numbers(before.bytes_in as usize));
 
     board.usb.plug(board.now);

@@ -71,7 +71,7 @@ fn power_is_what_the_program_says() {
     assert_eq!(usb.read(r::INTR, 0) & r::INT_DEV_CONN_DIS, 0);
     usb.unplug(0);
     let status = usb.read(r::SIE_STATUS, 0);
-    assert_ne!(status & r::CONNECTED, 0, "the board cannot know");
+    assert_ne!(status & r::CONNECTED, 0, "the device cannot know");
 }
 
 #[test]

@@ -8,7 +8,7 @@
 
 use std::collections::VecDeque;
 
-use super::peripheral::{CYCLES_PER_MICROSECOND, Cycles, Peripheral, Write};
+use crate::peripheral::{CYCLES_PER_MICROSECOND, Cycles, Peripheral, Write, flag};
 
 #[cfg(test)]
 mod tests;
@@ -308,10 +308,6 @@ impl Adc {
         self.underflowed |= result.is_none();
         result.unwrap_or(0).into()
     }
-}
-
-fn flag(set: bool, bit: u32) -> u32 {
-    if set { bit } else { 0 }
 }
 
 fn through_wide_codes(counts: u16) -> u16 {

@@ -9,7 +9,7 @@ mod interpolator;
 use divider::Divider;
 use interpolator::{Interpolator, Kind};
 
-use super::peripheral::Cycles;
+use crate::peripheral::Cycles;
 
 const CPUID: u32 = 0x000;
 const GPIO_IN: u32 = 0x004;
@@ -87,12 +87,6 @@ pub struct Sio {
     fifo_errors: u32,
     divider: Divider,
     interpolators: [Interpolator; 2],
-}
-
-impl Default for Sio {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Sio {

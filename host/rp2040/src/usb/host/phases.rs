@@ -1,24 +1,16 @@
-//! The computer at the other end of the cable: it finds the device, takes its serial port into use,
-//! and carries bytes both ways.
-//!
-//! It works by events: one for each transaction that comes to something. What a real host does all
-//! the time, to ask an endpoint again that has said NAK, is not played: a device that has nothing to
-//! say costs nothing. As soon as its buffer is available, the next transaction is with it.
-
-mod connection;
-mod requests;
-mod transactions;
+//! The host: its state, and the phases from the plugging in of a cable to a port in use.
 
 use std::collections::VecDeque;
 
-use super::State;
-use super::bus::{self, Transaction};
-use super::controller::Controller;
-use super::enumeration::{Description, Enumeration, EnumerationError};
-use connection::Connection;
-use requests::{Asked, Outcome};
-
+use super::asked::{Asked, Outcome};
+use super::connection::Connection;
+use super::counters::Counters;
+use super::phase::Phase;
 use crate::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
+use crate::usb::bus::{self, Transaction};
+use crate::usb::controller::Controller;
+use crate::usb::enumeration::{Description, Enumeration};
+use crate::usb::state::State;
 
 const MILLISECOND: Cycles = 1_000 * CYCLES_PER_MICROSECOND;
 /// How long a connection has to last before it is believed (USB 2.0 7.1.7.3, TATTDB).
@@ -30,87 +22,44 @@ const RECOVERY: Cycles = 10 * MILLISECOND;
 /// Resume signalling (7.1.7.7, TDRSMDN).
 const RESUME: Cycles = 20 * MILLISECOND;
 /// Time for the device to get used to its address (9.2.6.3).
-const NEW_ADDRESS: Cycles = 2 * MILLISECOND;
+pub(super) const NEW_ADDRESS: Cycles = 2 * MILLISECOND;
 /// The most that any request may take (9.2.6.1).
-const REQUEST_LIMIT: Cycles = 5_000 * MILLISECOND;
-/// How often a host tries to get to know a device. Linux tries four times.
-const ATTEMPTS: u32 = 3;
+pub(super) const REQUEST_LIMIT: Cycles = 5_000 * MILLISECOND;
+/// Attempts at enumeration. Linux makes four.
+pub(super) const ATTEMPTS: u32 = 3;
 
 /// Bytes that wait to be sent, at most.
-pub(super) const SEND_CAPACITY: usize = 4096;
+pub(in crate::usb) const SEND_CAPACITY: usize = 4096;
 /// Bytes that wait to be fetched, at most; the host does not ask for more than it has room for.
-pub(super) const RECEIVE_CAPACITY: usize = 65_536;
-
-/// What has happened since the machine was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counters {
-    /// Times that a device was taken into use.
-    pub connections: u64,
-    /// Attempts to do so that failed.
-    pub failed_attempts: u64,
-    /// Requests to a device in use that failed.
-    pub failed_requests: u64,
-    /// Packets of the serial port that came from the device.
-    pub packets_in: u64,
-    /// Bytes in them.
-    pub bytes_in: u64,
-    /// Packets of the serial port that went to the device.
-    pub packets_out: u64,
-    /// Bytes in them.
-    pub bytes_out: u64,
-    /// Packets that came again: acknowledged and dropped.
-    pub repeated: u64,
-    /// Packets larger than the device's descriptors allow: dropped.
-    pub oversized: u64,
-    /// Times that the device refused data for good (STALL).
-    pub stalls: u64,
-    /// Notifications of the serial port: taken and ignored.
-    pub notifications: u64,
-    /// Bytes that were to be sent when the connection ended.
-    pub unsent: u64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    Unplugged,
-    NoDevice,
-    Debounce,
-    Reset,
-    Recovery,
-    Enumeration,
-    Configured,
-    Suspended,
-    Resuming,
-    Failed(EnumerationError),
-}
+pub(in crate::usb) const RECEIVE_CAPACITY: usize = 65_536;
 
 /// The host.
 #[derive(Clone, Debug)]
-pub(super) struct Host {
-    phase: Phase,
+pub(in crate::usb) struct Host {
+    pub(super) phase: Phase,
     /// When the phase ends, or its pause.
-    timer: Option<Cycles>,
-    failed_attempts: u32,
-    enumeration: Enumeration,
-    asked: Option<Asked>,
-    connection: Option<Connection>,
+    pub(super) timer: Option<Cycles>,
+    pub(super) failed_attempts: u32,
+    pub(super) enumeration: Enumeration,
+    pub(super) asked: Option<Asked>,
+    pub(super) connection: Option<Connection>,
     /// The transaction on the bus, and when it ends.
-    pending: Option<(Cycles, Transaction)>,
+    pub(super) pending: Option<(Cycles, Transaction)>,
     /// When the last one ended.
-    free_at: Cycles,
+    pub(super) free_at: Cycles,
     /// When frame 0 began.
-    first_frame: Cycles,
-    frames_seen: u64,
-    dtr: bool,
-    reading: bool,
-    sending: VecDeque<u8>,
-    received: Vec<u8>,
-    counters: Counters,
+    pub(super) first_frame: Cycles,
+    pub(super) frames_seen: u64,
+    pub(super) dtr: bool,
+    pub(super) reading: bool,
+    pub(super) sending: VecDeque<u8>,
+    pub(super) received: Vec<u8>,
+    pub(super) counters: Counters,
 }
 
 impl Host {
     /// Unplugged.
-    pub(super) fn new() -> Self {
+    pub(in crate::usb) fn new() -> Self {
         Self {
             phase: Phase::Unplugged,
             timer: None,
@@ -132,7 +81,7 @@ impl Host {
 
     // What the user does.
 
-    pub(super) fn plug(&mut self, controller: &Controller, now: Cycles) {
+    pub(in crate::usb) fn plug(&mut self, controller: &Controller, now: Cycles) {
         if self.phase == Phase::Unplugged {
             self.phase = Phase::NoDevice;
             if controller.attached() {
@@ -141,14 +90,14 @@ impl Host {
         }
     }
 
-    pub(super) fn unplug(&mut self, controller: &mut Controller, now: Cycles) {
+    pub(in crate::usb) fn unplug(&mut self, controller: &mut Controller, now: Cycles) {
         if self.phase != Phase::Unplugged {
             self.disconnect(Phase::Unplugged);
             controller.bus_idle(now);
         }
     }
 
-    pub(super) fn suspend(&mut self, controller: &mut Controller, now: Cycles) -> bool {
+    pub(in crate::usb) fn suspend(&mut self, controller: &mut Controller, now: Cycles) -> bool {
         let can = self.phase == Phase::Configured && self.timer.is_none();
         if can {
             self.phase = Phase::Suspended;
@@ -158,7 +107,7 @@ impl Host {
         can
     }
 
-    pub(super) fn resume(&mut self, controller: &mut Controller, now: Cycles) -> bool {
+    pub(in crate::usb) fn resume(&mut self, controller: &mut Controller, now: Cycles) -> bool {
         let can = self.phase == Phase::Suspended;
         if can {
             self.phase = Phase::Resuming;
@@ -168,15 +117,15 @@ impl Host {
         can
     }
 
-    pub(super) fn set_dtr(&mut self, on: bool) {
+    pub(in crate::usb) fn set_dtr(&mut self, on: bool) {
         self.dtr = on;
     }
 
-    pub(super) fn set_reading(&mut self, on: bool) {
+    pub(in crate::usb) fn set_reading(&mut self, on: bool) {
         self.reading = on;
     }
 
-    pub(super) fn send(&mut self, bytes: &[u8]) -> usize {
+    pub(in crate::usb) fn send(&mut self, bytes: &[u8]) -> usize {
         if self.connection.is_none() {
             return 0;
         }
@@ -186,19 +135,19 @@ impl Host {
         accepted
     }
 
-    pub(super) fn unsent(&self) -> usize {
+    pub(in crate::usb) fn unsent(&self) -> usize {
         self.sending.len()
     }
 
-    pub(super) fn receive(&mut self) -> Vec<u8> {
+    pub(in crate::usb) fn receive(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.received)
     }
 
-    pub(super) fn has_received(&self) -> bool {
+    pub(in crate::usb) fn has_received(&self) -> bool {
         !self.received.is_empty()
     }
 
-    pub(super) fn state(&self) -> State {
+    pub(in crate::usb) fn state(&self) -> State {
         match self.phase {
             Phase::Unplugged => State::Unplugged,
             Phase::NoDevice => State::NoDevice,
@@ -213,17 +162,17 @@ impl Host {
         }
     }
 
-    pub(super) fn description(&self) -> Option<&Description> {
+    pub(in crate::usb) fn description(&self) -> Option<&Description> {
         self.connection.map(|_| self.enumeration.description())
     }
 
-    pub(super) fn counters(&self) -> Counters {
+    pub(in crate::usb) fn counters(&self) -> Counters {
         self.counters
     }
 
     // What the device's pull-up does.
 
-    pub(super) fn attached(&mut self, now: Cycles) {
+    pub(in crate::usb) fn attached(&mut self, now: Cycles) {
         if self.phase == Phase::NoDevice {
             self.phase = Phase::Debounce;
             self.timer = Some(now + DEBOUNCE);
@@ -231,20 +180,20 @@ impl Host {
         }
     }
 
-    pub(super) fn detached(&mut self) {
+    pub(in crate::usb) fn detached(&mut self) {
         if self.phase != Phase::Unplugged {
             self.disconnect(Phase::NoDevice);
         }
     }
 
-    /// Whoever had opened the port has to open it again.
+    /// The port counts as closed.
     fn disconnect(&mut self, phase: Phase) {
         self.stop();
         self.phase = phase;
         self.dtr = false;
     }
 
-    fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         self.timer = None;
         self.asked = None;
         self.pending = None;
@@ -256,7 +205,7 @@ impl Host {
     // Time.
 
     /// When something happens by itself.
-    pub(super) fn next_event(&self) -> Option<Cycles> {
+    pub(in crate::usb) fn next_event(&self) -> Option<Cycles> {
         let ends = self.pending.as_ref().map(|(ends, _)| *ends);
         let limit = match &self.asked {
             Some(asked) if self.running() => Some(asked.deadline),
@@ -266,7 +215,7 @@ impl Host {
     }
 
     /// Lets happen what happens at that time.
-    pub(super) fn event(&mut self, controller: &mut Controller, now: Cycles) {
+    pub(in crate::usb) fn event(&mut self, controller: &mut Controller, now: Cycles) {
         let ended = self.pending.take_if(|(ends, _)| *ends <= now);
         if let Some((_, transaction)) = ended {
             self.free_at = now;
@@ -282,15 +231,15 @@ impl Host {
     }
 
     /// Frame number on the bus, if there are frames.
-    pub(super) fn frame(&mut self, now: Cycles) -> Option<u32> {
+    pub(in crate::usb) fn frame(&mut self, now: Cycles) -> Option<u32> {
         self.sends_frames().then(|| {
             self.frames_seen = now.saturating_sub(self.first_frame) / bus::FRAME;
             (self.frames_seen & 0x7ff) as u32
         })
     }
 
-    /// When the next frame begins that nobody has looked at yet.
-    pub(super) fn next_frame(&self) -> Option<Cycles> {
+    /// When the next frame begins that was not counted yet.
+    pub(in crate::usb) fn next_frame(&self) -> Option<Cycles> {
         self.sends_frames()
             .then(|| self.first_frame + (self.frames_seen + 1) * bus::FRAME)
     }
@@ -332,7 +281,7 @@ impl Host {
         }
     }
 
-    fn reset(&mut self, controller: &mut Controller, now: Cycles) {
+    pub(super) fn reset(&mut self, controller: &mut Controller, now: Cycles) {
         self.stop();
         self.phase = Phase::Reset;
         self.timer = Some(now + RESET);

@@ -1,170 +1,18 @@
-//! The DMA controller (RP2040 datasheet 2.5).
-//!
-//! The controller decides what is to be moved, and the bus moves it: [`Dma::next_transfer`] gives
-//! the next transfer that may be made, the bus makes it, and [`Dma::completed`] takes the outcome.
-//! Between the two the bus may access the controller's own registers, as channels that reprogram
-//! other channels do.
-//!
-//! ```
-//! # use crate::dma::{Dma, Outcome, Size};
-//! # fn read(_: u32, _: Size) -> Option<u32> { Some(0) }
-//! # fn write(_: u32, _: Size, _: u32) -> Option<()> { Some(()) }
-//! # let (mut dma, requests, now) = (Dma::new(), 0, 0);
-//! if !dma.is_idle() {
-//!     while let Some(transfer) = dma.next_transfer(requests, now) {
-//!         let outcome = match read(transfer.from, transfer.size) {
-//!             None => Outcome::ReadError,
-//!             Some(data) => match write(transfer.to, transfer.size, transfer.swapped(data)) {
-//!                 None => Outcome::WriteError,
-//!                 Some(()) => Outcome::Moved(data),
-//!             },
-//!         };
-//!         dma.completed(transfer, outcome);
-//!     }
-//! }
-//! ```
-//!
-//! The hardware makes one transfer in a cycle at best, so that the bus should not ask more often
-//! than once a cycle. Here a transfer is over when it has begun: there is nothing in flight, aborts
-//! are immediate and raise no interrupt (they can in hardware, erratum RP2040-E13), and the FIFOs
-//! between the controller's stages are always empty.
-//!
-//! Peripherals with FIFOs ask for transfers for as long as there is something to be moved: their
-//! requests are levels, a bit each in what [`Dma::next_transfer`] is given. The wraps of PWM
-//! counters are moments, and each is good for one transfer: [`Dma::request_once`]. The pacing
-//! timers are the controller's own.
+//! The controller: channels, their turns, and its registers.
 
-use super::peripheral::{Cycles, Peripheral, Write};
+use super::channel::{Channel, Completion};
+use super::registers::*;
+use super::sniffer::Sniffer;
+use super::timer::Timer;
+use super::transfer::{Outcome, Transfer};
+use crate::peripheral::{Cycles, Peripheral, Write};
 
-mod channel;
-mod sniffer;
-#[cfg(test)]
-mod tests;
-mod timer;
-
-use channel::{Channel, Completion};
-use sniffer::Sniffer;
-use timer::Timer;
-
-/// Channels.
-pub const CHANNELS: usize = 12;
-/// Its interrupt lines, DMA_IRQ_0 and DMA_IRQ_1.
-pub const IRQS: [u32; 2] = [11, 12];
-
-/// What paces a channel: the numbers of TREQ_SEL (2.5.3.1), which are also the places of their bits
-/// in sets of requests.
-pub mod treq {
-    /// The first PWM slice's counter wrapped; the other slices follow.
-    pub const PWM_WRAP0: u32 = 24;
-    /// The transmit FIFO of I2C0.
-    pub const I2C0_TX: u32 = 32;
-    /// The receive FIFO of I2C0.
-    pub const I2C0_RX: u32 = 33;
-    /// The transmit FIFO of I2C1.
-    pub const I2C1_TX: u32 = 34;
-    /// The receive FIFO of I2C1.
-    pub const I2C1_RX: u32 = 35;
-    /// The FIFO of the analogue-to-digital converter.
-    pub const ADC: u32 = 36;
-    /// The first pacing timer; the others follow.
-    pub const TIMER0: u32 = 59;
-    /// Always.
-    pub const PERMANENT: u32 = 63;
-}
-
-/// Requests that nobody outside has to make.
+/// Requests that are the controller's own.
 const OWN_REQUESTS: u64 = !0 << treq::TIMER0;
 const TIMERS: usize = 4;
 
-const CHANNEL_STRIDE: u32 = 0x40;
-const CHANNELS_END: u32 = CHANNELS as u32 * CHANNEL_STRIDE;
-const INTR: u32 = 0x400;
-const INTE0: u32 = 0x404;
-const INTF0: u32 = 0x408;
-const INTS0: u32 = 0x40c;
-const INTE1: u32 = 0x414;
-const INTF1: u32 = 0x418;
-const INTS1: u32 = 0x41c;
-const TIMER0: u32 = 0x420;
-const TIMER3: u32 = 0x42c;
-const MULTI_CHAN_TRIGGER: u32 = 0x430;
-const SNIFF_CTRL: u32 = 0x434;
-const SNIFF_DATA: u32 = 0x438;
-const CHAN_ABORT: u32 = 0x444;
-const N_CHANNELS: u32 = 0x448;
-const DEBUG: u32 = 0x800;
-const DEBUG_END: u32 = DEBUG + CHANNELS_END;
-
 /// A bit for each channel.
 const ALL_CHANNELS: u32 = (1 << CHANNELS) - 1;
-
-/// How much is moved at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
-    /// A byte.
-    Byte,
-    /// Two.
-    Halfword,
-    /// Four.
-    Word,
-}
-
-impl Size {
-    /// In bytes.
-    pub const fn bytes(self) -> u32 {
-        match self {
-            Self::Byte => 1,
-            Self::Halfword => 2,
-            Self::Word => 4,
-        }
-    }
-
-    /// The bytes of a value in reverse order; bits above the size are 0.
-    const fn reversed(self, data: u32) -> u32 {
-        match self {
-            Self::Byte => data & 0xff,
-            Self::Halfword => (data as u16).swap_bytes() as u32,
-            Self::Word => data.swap_bytes(),
-        }
-    }
-}
-
-/// One read and one write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Transfer {
-    /// Whose it is.
-    pub channel: usize,
-    /// The address to read; unaligned if the program made it so.
-    pub from: u32,
-    /// The address to write; unaligned if the program made it so.
-    pub to: u32,
-    /// How much.
-    pub size: Size,
-    /// BSWAP: what is written is what was read in reverse order.
-    pub byte_swap: bool,
-}
-
-impl Transfer {
-    /// What to write after this was read.
-    pub const fn swapped(&self, data: u32) -> u32 {
-        if self.byte_swap {
-            self.size.reversed(data)
-        } else {
-            data
-        }
-    }
-}
-
-/// What came of a transfer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It was made; this is what was read.
-    Moved(u32),
-    /// The read met a bus error.
-    ReadError,
-    /// The write met one.
-    WriteError,
-}
 
 /// The controller.
 #[derive(Clone, Debug, Default)]

@@ -1,28 +1,25 @@
-//! All register blocks: where they are, what resets them, and what they do to each other.
+//! The blocks by address, in reset or not, their events and interrupt lines.
 
-mod restart;
-
-use super::adc::{self, Adc};
-use super::clocks::Clocks;
-use super::dma::{self, Dma, treq};
-use super::gpio::{self, IoBank0};
-use super::i2c::{self, I2c};
-use super::latches::{self, Latches};
-use super::pads::Pads;
-use super::peripheral::{Alias, Cycles, Peripheral, Write};
-use super::pins::Output;
-use super::pll::Pll;
-use super::psm::{Psm, stage};
-use super::pwm::{self, Pwm};
-use super::resets::{Resets, subsystem};
-use super::rosc::Rosc;
-use super::sio::Sio;
-use super::sysinfo::SysInfo;
-use super::timer::Timer;
-use super::usb::Usb;
-use super::vreg_and_chip_reset::{ChipReset, VregAndChipReset};
-use super::watchdog::{Tick, Watchdog};
-use super::xosc::Xosc;
+use crate::adc::{self, Adc};
+use crate::clocks::Clocks;
+use crate::dma::{self, Dma, treq};
+use crate::gpio::{self, IoBank0};
+use crate::i2c::{self, I2c};
+use crate::latches::{self, Latches};
+use crate::pads::Pads;
+use crate::peripheral::{Alias, Cycles, Peripheral, Write};
+use crate::pll::Pll;
+use crate::psm::{Psm, stage};
+use crate::pwm::{self, Pwm};
+use crate::resets::{Resets, subsystem};
+use crate::rosc::Rosc;
+use crate::sio::Sio;
+use crate::sysinfo::SysInfo;
+use crate::timer::Timer;
+use crate::usb::Usb;
+use crate::vreg_and_chip_reset::{ChipReset, VregAndChipReset};
+use crate::watchdog::{Tick, Watchdog};
+use crate::xosc::Xosc;
 
 /// Where the blocks are (RP2040 datasheet 2.2).
 mod base {
@@ -92,35 +89,34 @@ pub struct Unmodelled {
 /// The blocks on APB and AHB-Lite, and SIO.
 #[derive(Clone, Debug)]
 pub struct Peripherals {
-    pub(super) sio: Sio,
-    pub(super) io_bank0: IoBank0,
-    pub(super) pads: Pads,
-    pub(super) adc: Adc,
-    pub(super) dma: Dma,
-    pub(super) i2c0: I2c,
-    pub(super) i2c1: I2c,
-    /// The pins that the buses are wired to: data and clock.
-    pub(super) i2c_pins: [Option<[usize; 2]>; 2],
-    pub(super) usb: Usb,
-    pwm: Pwm,
-    pub(super) timer: Timer,
-    pub(super) watchdog: Watchdog,
-    pub(super) psm: Psm,
-    pub(super) resets: Resets,
-    clocks: Clocks,
-    xosc: Xosc,
-    rosc: Rosc,
-    pll_sys: Pll,
-    pll_usb: Pll,
-    vreg_and_chip_reset: VregAndChipReset,
-    sysinfo: SysInfo,
-    syscfg: Latches,
-    io_qspi: Latches,
-    pads_qspi: Latches,
-    busctrl: Latches,
-    tbman: Latches,
+    pub(crate) sio: Sio,
+    pub(crate) io_bank0: IoBank0,
+    pub(crate) pads: Pads,
+    pub(crate) adc: Adc,
+    pub(crate) dma: Dma,
+    pub(crate) i2c: [I2c; 2],
+    /// The pins that devices of each bus are wired to: data and clock.
+    pub(crate) i2c_pins: [Option<[usize; 2]>; 2],
+    pub(crate) usb: Usb,
+    pub(super) pwm: Pwm,
+    pub(crate) timer: Timer,
+    pub(crate) watchdog: Watchdog,
+    pub(crate) psm: Psm,
+    pub(crate) resets: Resets,
+    pub(super) clocks: Clocks,
+    pub(super) xosc: Xosc,
+    pub(super) rosc: Rosc,
+    pub(super) pll_sys: Pll,
+    pub(super) pll_usb: Pll,
+    pub(super) vreg_and_chip_reset: VregAndChipReset,
+    pub(super) sysinfo: SysInfo,
+    pub(super) syscfg: Latches,
+    pub(super) io_qspi: Latches,
+    pub(super) pads_qspi: Latches,
+    pub(super) busctrl: Latches,
+    pub(super) tbman: Latches,
     /// What the pins are held at from outside.
-    pub(super) outside: [Option<bool>; gpio::PINS],
+    pub(crate) outside: [Option<bool>; gpio::PINS],
     unmodelled: Option<Unmodelled>,
 }
 
@@ -133,8 +129,7 @@ impl Peripherals {
             pads: Pads::new(),
             adc: Adc::new(),
             dma: Dma::new(),
-            i2c0: I2c::new(),
-            i2c1: I2c::new(),
+            i2c: [I2c::new(), I2c::new()],
             i2c_pins: [None; 2],
             usb: Usb::new(),
             pwm: Pwm::new(),
@@ -159,7 +154,7 @@ impl Peripherals {
         }
     }
 
-    /// The first access to a peripheral that is not emulated, if there was any.
+    /// The first access to a peripheral that is not emulated; `None` if there was none.
     pub const fn unmodelled(&self) -> Option<Unmodelled> {
         self.unmodelled
     }
@@ -179,8 +174,8 @@ impl Peripherals {
             base::PLL_SYS => (&mut self.pll_sys, subsystem::PLL_SYS),
             base::PLL_USB => (&mut self.pll_usb, subsystem::PLL_USB),
             base::BUSCTRL => (&mut self.busctrl, subsystem::BUSCTRL),
-            base::I2C0 => (&mut self.i2c0, subsystem::I2C0),
-            base::I2C1 => (&mut self.i2c1, subsystem::I2C1),
+            base::I2C0 => (&mut self.i2c[0], subsystem::I2C0),
+            base::I2C1 => (&mut self.i2c[1], subsystem::I2C1),
             base::ADC => (&mut self.adc, subsystem::ADC),
             base::DMA => (&mut self.dma, subsystem::DMA),
             base::USB => (&mut self.usb, subsystem::USBCTRL),
@@ -263,7 +258,7 @@ impl Peripherals {
     }
 
     /// Until when the core has to wait where it reads this register.
-    pub(super) fn wait_at(&self, address: u32, now: Cycles) -> Option<Cycles> {
+    pub(crate) fn wait_at(&self, address: u32, now: Cycles) -> Option<Cycles> {
         if address & BLOCK_MASK != base::XOSC {
             return None;
         }
@@ -271,12 +266,12 @@ impl Peripherals {
     }
 
     /// What peripherals ask of the DMA controller, a bit for each number of [`treq`].
-    pub(super) fn dma_requests(&self) -> u64 {
+    pub(crate) fn dma_requests(&self) -> u64 {
         [
-            (self.i2c0.transmit_request(), treq::I2C0_TX),
-            (self.i2c0.receive_request(), treq::I2C0_RX),
-            (self.i2c1.transmit_request(), treq::I2C1_TX),
-            (self.i2c1.receive_request(), treq::I2C1_RX),
+            (self.i2c[0].transmit_request(), treq::I2C0_TX),
+            (self.i2c[0].receive_request(), treq::I2C0_RX),
+            (self.i2c[1].transmit_request(), treq::I2C1_TX),
+            (self.i2c[1].receive_request(), treq::I2C1_RX),
             (self.adc.dma_request(), treq::ADC),
         ]
         .into_iter()
@@ -285,7 +280,7 @@ impl Peripherals {
     }
 
     /// Hands the wraps of PWM counters that DMA channels wait for to the DMA controller.
-    pub(super) fn pass_on_wraps(&mut self) {
+    pub(crate) fn pass_on_wraps(&mut self) {
         let awaited = self.dma.awaited() >> treq::PWM_WRAP0;
         self.pwm.await_wraps(awaited as u32);
         let wraps = self.pwm.take_wraps();
@@ -295,11 +290,6 @@ impl Peripherals {
         for slice in (0..pwm::SLICES as u32).filter(|slice| wraps >> slice & 1 != 0) {
             self.dma.request_once(treq::PWM_WRAP0 + slice);
         }
-    }
-
-    /// What the PWM slices make of a pin.
-    pub(super) fn pwm_output(&self, pin: usize) -> Output {
-        Output::Pulses(self.pwm.output(pin))
     }
 
     /// The levels of the interrupt lines to the NVIC.
@@ -312,8 +302,8 @@ impl Peripherals {
             | line(dma0, dma::IRQS[0])
             | line(dma1, dma::IRQS[1])
             | line(self.adc.line(), adc::IRQ)
-            | line(self.i2c0.line(), i2c::IRQS[0])
-            | line(self.i2c1.line(), i2c::IRQS[1])
+            | line(self.i2c[0].line(), i2c::IRQS[0])
+            | line(self.i2c[1].line(), i2c::IRQS[1])
             | line(self.io_bank0.line(), gpio::IRQ)
             | line(self.sio.line(), SIO_IRQ_PROC0)
     }
@@ -326,8 +316,8 @@ impl Peripherals {
             self.watchdog.next_event(),
             self.adc.next_event(),
             self.dma.next_event(),
-            self.i2c0.next_event(),
-            self.i2c1.next_event(),
+            self.i2c[0].next_event(),
+            self.i2c[1].next_event(),
             self.usb.next_event(),
         ];
         events.into_iter().flatten().min()
@@ -340,8 +330,8 @@ impl Peripherals {
         self.watchdog.advance(now);
         self.adc.advance(now);
         self.dma.advance(now);
-        self.i2c0.advance(now);
-        self.i2c1.advance(now);
+        self.i2c[0].advance(now);
+        self.i2c[1].advance(now);
         self.usb.advance(now);
     }
 }

@@ -1,13 +1,13 @@
 //! Pulse width modulation (RP2040 datasheet 4.5): eight slices of two outputs each.
 //!
-//! The counters are not stepped: their state is worked out from the time when somebody looks. A
+//! The counters are not stepped: their state is worked out from the time when they are read. A
 //! slice makes an event of a wrap only if an interrupt or the DMA controller wants it, or if new
 //! values of TOP or CC wait to take over there.
 //!
 //! Not modelled: counting pulses at the B pins (DIVMODE 1 to 3, in which the counter stands).
 
-use super::peripheral::{Cycles, Peripheral, Write};
-use super::pins::Pulses;
+use crate::peripheral::{Cycles, Peripheral, Write};
+use crate::pins::Pulses;
 
 #[cfg(test)]
 mod tests;

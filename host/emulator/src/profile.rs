@@ -10,10 +10,10 @@
 //!               └──────── perception ───────┘
 //! ```
 
-use super::elf::Image;
-use super::machine::Machine;
-use super::peripheral::Cycles;
-use super::probe::{Call, ProbeId};
+use emulated_rp2040::elf::Image;
+use emulated_rp2040::machine::Machine;
+use emulated_rp2040::peripheral::Cycles;
+use emulated_rp2040::probe::{Call, ProbeId};
 
 /// What a mangled name of a step of the lattice contains.
 const STEP: [&str; 3] = ["10perception", "7lattice", "7advance"];

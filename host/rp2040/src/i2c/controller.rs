@@ -1,122 +1,35 @@
-//! An I2C controller as the bus master (RP2040 datasheet 4.3), and the bus at its pins.
-//!
-//! Transfers take place byte by byte, in the time that the SCL counts make of it (4.3.14.1): a byte
-//! and its acknowledgement are nine periods of (HCNT + SPKLEN + 7) + (LCNT + 1) cycles, a START or
-//! STOP condition takes as much as the counts leave for it, and rise times are none. An entry
-//! leaves the transmit FIFO when its byte begins.
-//!
-//! Not modelled: being a slave, START bytes, a second master. With SDA held low the master loses
-//! the arbitration at the first 1 that it sends, and a STOP condition waits until SDA can rise.
+//! The controller: FIFOs, interrupts and registers.
 
 use std::collections::VecDeque;
 
-use super::peripheral::{Cycles, Peripheral, Write};
-
-mod bus;
-mod master;
-mod settings;
-#[cfg(test)]
-mod tests;
-
-pub use bus::{I2cDevice, LineFault, Lines};
-
-use bus::Bus;
-use master::{Command, Step};
-use settings::{Settings, con};
-
-/// The interrupt lines of both controllers, I2C0_IRQ and I2C1_IRQ.
-pub const IRQS: [u32; 2] = [23, 24];
-/// Entries of each FIFO.
-pub const FIFO_DEPTH: usize = 16;
-
-const DATA_CMD: u32 = 0x10;
-const INTR_STAT: u32 = 0x2c;
-const RAW_INTR_STAT: u32 = 0x34;
-const CLR_INTR: u32 = 0x40;
-const CLR_RX_UNDER: u32 = 0x44;
-const CLR_RX_OVER: u32 = 0x48;
-const CLR_TX_OVER: u32 = 0x4c;
-const CLR_TX_ABRT: u32 = 0x54;
-const CLR_ACTIVITY: u32 = 0x5c;
-const CLR_STOP_DET: u32 = 0x60;
-const CLR_START_DET: u32 = 0x64;
-const ENABLE: u32 = 0x6c;
-const STATUS: u32 = 0x70;
-const TXFLR: u32 = 0x74;
-const RXFLR: u32 = 0x78;
-const TX_ABRT_SOURCE: u32 = 0x80;
-const ENABLE_STATUS: u32 = 0x9c;
-const COMP_VERSION: u32 = 0xf8;
-const COMP_TYPE: u32 = 0xfc;
-
-/// Bits of the interrupt registers. RD_REQ (5), RX_DONE (7), GEN_CALL (11) and RESTART_DET (12) are
-/// a slave's and never set.
-mod interrupt {
-    pub const RX_UNDER: u32 = 1 << 0;
-    pub const RX_OVER: u32 = 1 << 1;
-    pub const RX_FULL: u32 = 1 << 2;
-    pub const TX_OVER: u32 = 1 << 3;
-    pub const TX_EMPTY: u32 = 1 << 4;
-    pub const TX_ABRT: u32 = 1 << 6;
-    pub const ACTIVITY: u32 = 1 << 8;
-    pub const STOP_DET: u32 = 1 << 9;
-    pub const START_DET: u32 = 1 << 10;
-}
-
-/// Bits of IC_ENABLE.
-mod enable {
-    pub const ENABLE: u32 = 1 << 0;
-    pub const ABORT: u32 = 1 << 1;
-    pub const TX_CMD_BLOCK: u32 = 1 << 2;
-}
-
-/// Bits of IC_STATUS.
-mod status {
-    pub const ACTIVITY: u32 = 1 << 0;
-    pub const TFNF: u32 = 1 << 1;
-    pub const TFE: u32 = 1 << 2;
-    pub const RFNE: u32 = 1 << 3;
-    pub const RFF: u32 = 1 << 4;
-    pub const MST_ACTIVITY: u32 = 1 << 5;
-}
-
-/// Bits of IC_TX_ABRT_SOURCE that a master sets.
-mod abort {
-    pub const ADDR_NOACK_7B: u32 = 1 << 0;
-    pub const ADDR1_NOACK_10B: u32 = 1 << 1;
-    pub const TXDATA_NOACK: u32 = 1 << 3;
-    pub const GCALL_NOACK: u32 = 1 << 4;
-    pub const GCALL_READ: u32 = 1 << 5;
-    pub const RD_NORSTRT_10B: u32 = 1 << 10;
-    pub const MASTER_DIS: u32 = 1 << 11;
-    pub const LOST: u32 = 1 << 12;
-    pub const USER_ABRT: u32 = 1 << 16;
-    /// TX_FLUSH_CNT, entries of the transmit FIFO that were lost.
-    pub const FLUSHED_SHIFT: u32 = 23;
-}
+use super::bus::{Bus, I2cDevice, LineFault, Lines};
+use super::registers::*;
+use super::settings::{Settings, con};
+use super::step::{Command, Step};
+use crate::peripheral::{Cycles, Peripheral, Write, flag};
 
 /// A controller and the devices on its bus.
 #[derive(Clone, Debug)]
 pub struct I2c {
-    settings: Settings,
-    enabled: bool,
+    pub(super) settings: Settings,
+    pub(super) enabled: bool,
     /// ENABLE was written 0: the master comes to rest even if it is enabled again meanwhile.
-    disabling: bool,
+    pub(super) disabling: bool,
     /// IC_ENABLE.ABORT.
-    aborting: bool,
+    pub(super) aborting: bool,
     /// IC_ENABLE.TX_CMD_BLOCK.
-    blocked: bool,
-    transmit: VecDeque<Command>,
-    receive: VecDeque<u16>,
+    pub(super) blocked: bool,
+    pub(super) transmit: VecDeque<Command>,
+    pub(super) receive: VecDeque<u16>,
     /// Interrupt bits that stay until they are cleared.
-    raised: u32,
-    abort_source: u32,
-    step: Step,
+    pub(super) raised: u32,
+    pub(super) abort_source: u32,
+    pub(super) step: Step,
     /// When the step ends, unless something holds the bus.
-    due: Cycles,
+    pub(super) due: Cycles,
     /// When a START may follow the last STOP.
-    free_at: Cycles,
-    bus: Bus,
+    pub(super) free_at: Cycles,
+    pub(super) bus: Bus,
 }
 
 impl Default for I2c {
@@ -181,10 +94,16 @@ impl I2c {
         self.bus.fault()
     }
 
+    /// Whether the controller reaches the devices: the pins that they are wired to have its function.
+    /// Without, no device acknowledges anything.
+    pub(crate) fn set_connected(&mut self, connected: bool) {
+        self.bus.set_connected(connected);
+    }
+
     /// Tells what the pins drive the lines to when they are not the controller's (false is low,
-    /// true is low by nobody): to be called when that changes, and with both true when the pins go
+    /// true released): to be called when that changes, and with both true when the pins go
     /// back to the controller.
-    pub fn pins(&mut self, driven: Lines, now: Cycles) {
+    pub(crate) fn pins(&mut self, driven: Lines, now: Cycles) {
         self.advance(now);
         self.changed(now, |this| this.bus.pins(driven));
     }
@@ -213,7 +132,7 @@ impl I2c {
     }
 
     /// IC_RAW_INTR_STAT.
-    fn raw_interrupts(&self) -> u32 {
+    pub(super) fn raw_interrupts(&self) -> u32 {
         let few_to_send = self.transmit.len() as u32 <= self.settings.tx_tl;
         let waits_for_the_byte = self.settings.has(con::TX_EMPTY_CTRL) && self.step.sends();
         let tx_empty = self.enabled && few_to_send && !waits_for_the_byte;
@@ -236,7 +155,7 @@ impl I2c {
             | flag(self.blocked, enable::TX_CMD_BLOCK)
     }
 
-    /// Reads a register that clears interrupts; gives whether one of them was there.
+    /// Reads a register that clears interrupts; returns whether one of them was there.
     fn clear(&mut self, interrupts: u32) -> u32 {
         let cleared = self.raised & interrupts;
         self.raised &= !interrupts;
@@ -293,10 +212,6 @@ impl I2c {
         self.aborting |= enabled && value & enable::ABORT != 0;
         self.go_on(now);
     }
-}
-
-fn flag(set: bool, bits: u32) -> u32 {
-    if set { bits } else { 0 }
 }
 
 impl Peripheral for I2c {

@@ -1,17 +1,8 @@
-//! The USB device controller: its registers as the processor sees them, and what it answers on the
-//! bus (RP2040 datasheet 4.1.2.6 and 4.1.4).
-//!
-//! A transaction takes effect as a whole when it ends. Buses have no errors here: no CRC, bit
-//! stuffing or time-out error ever occurs, and errata RP2040-E2, E5 and E15, which need them or a
-//! busy bus, do not either. Isochronous endpoints and the controller's host mode are missing.
+//! The controller: its state, its registers, and the state of the bus.
 
-mod endpoints;
-
-pub(super) use endpoints::{Answer, Pid, Reply};
-
-use super::dpram::Dpram;
-use super::registers as r;
 use crate::peripheral::{CYCLES_PER_MICROSECOND, Cycles, Write};
+use crate::usb::dpram::Dpram;
+use crate::usb::registers as r;
 
 /// After 3 ms without traffic a device is suspended (USB 2.0, 7.1.7.6).
 const IDLE: Cycles = 3_000 * CYCLES_PER_MICROSECOND;
@@ -20,7 +11,7 @@ const REGISTERS: usize = r::INTS as usize / 4 + 1;
 
 /// What is on the bus's wires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Signal {
+pub(in crate::usb) enum Signal {
     /// Single-ended zero: no pull-up, or a reset.
     Se0 = 0,
     /// Idle.
@@ -31,57 +22,45 @@ pub(super) enum Signal {
 
 /// The controller.
 #[derive(Clone, Debug)]
-pub(super) struct Controller {
-    dpram: Dpram,
+pub(in crate::usb) struct Controller {
+    pub(super) dpram: Dpram,
     /// Registers that are storage.
-    stored: [u32; REGISTERS],
+    pub(super) stored: [u32; REGISTERS],
     /// SIE_STATUS, the bits that stay until they are written.
-    status: u32,
-    buff_status: u32,
+    pub(super) status: u32,
+    pub(super) buff_status: u32,
     /// Of each endpoint, whether the second buffer was the one last done.
-    should_handle: u32,
+    pub(super) should_handle: u32,
     /// Of each endpoint, whether the second buffer is next.
-    second: u32,
-    abort_done: u32,
-    stall_nak: u32,
-    connection_changed: bool,
-    connected: bool,
+    pub(super) second: u32,
+    pub(super) abort_done: u32,
+    pub(super) stall_nak: u32,
+    pub(super) connection_changed: bool,
+    pub(super) connected: bool,
     /// Frame number last seen, and whether it was since SOF_RD was read.
-    frame: u32,
-    new_frame: bool,
+    pub(super) frame: u32,
+    pub(super) new_frame: bool,
     /// What the host drives.
-    driven: Option<Signal>,
+    pub(super) driven: Option<Signal>,
     /// When the bus will have been idle for so long that it counts as suspended.
-    suspend_at: Option<Cycles>,
+    pub(super) suspend_at: Option<Cycles>,
 }
 
 impl Controller {
     /// As after power-up.
-    pub(super) fn new() -> Self {
-        let mut controller = Self {
-            dpram: Dpram::new(),
-            stored: [0; REGISTERS],
-            status: 0,
-            buff_status: 0,
-            should_handle: 0,
-            second: 0,
-            abort_done: 0,
-            stall_nak: 0,
-            connection_changed: false,
-            connected: false,
-            frame: 0,
-            new_frame: false,
-            driven: None,
-            suspend_at: None,
-        };
-        controller.reset();
-        controller
+    pub(in crate::usb) fn new() -> Self {
+        Self::with(Dpram::new(), None)
     }
 
     /// Resets the registers; the memory keeps what it holds.
-    pub(super) fn reset(&mut self) {
+    pub(in crate::usb) fn reset(&mut self) {
         let dpram = std::mem::replace(&mut self.dpram, Dpram::new());
-        *self = Self {
+        *self = Self::with(dpram, self.driven);
+    }
+
+    /// Registers as after a reset.
+    fn with(dpram: Dpram, driven: Option<Signal>) -> Self {
+        Self {
             dpram,
             stored: std::array::from_fn(|i| r::initial(i as u32 * 4)),
             status: 0,
@@ -94,25 +73,29 @@ impl Controller {
             connected: false,
             frame: 0,
             new_frame: false,
-            driven: self.driven,
+            driven,
             suspend_at: None,
-        };
+        }
     }
 
     // The processor's side.
 
     /// Reads memory.
-    pub(super) fn read_dpram<const N: usize>(&self, offset: u32) -> [u8; N] {
+    pub(in crate::usb) fn read_dpram<const N: usize>(&self, offset: u32) -> [u8; N] {
         self.dpram.read(offset)
     }
 
-    /// Writes memory. Gives true if what the device answers may have changed.
-    pub(super) fn write_dpram<const N: usize>(&mut self, offset: u32, bytes: [u8; N]) -> bool {
+    /// Writes memory. Returns true if what the device answers may have changed.
+    pub(in crate::usb) fn write_dpram<const N: usize>(
+        &mut self,
+        offset: u32,
+        bytes: [u8; N],
+    ) -> bool {
         self.dpram.write(offset, bytes)
     }
 
     /// Reads a register.
-    pub(super) fn read(&mut self, offset: u32) -> u32 {
+    pub(in crate::usb) fn read(&mut self, offset: u32) -> u32 {
         match offset {
             r::SOF_RD => {
                 self.new_frame = false;
@@ -130,7 +113,7 @@ impl Controller {
     }
 
     /// Writes a register. Bits that are cleared by writing them are so through every alias.
-    pub(super) fn write(&mut self, offset: u32, write: Write) {
+    pub(in crate::usb) fn write(&mut self, offset: u32, write: Write) {
         let bits = write.value;
         match offset {
             r::SIE_STATUS => {
@@ -156,18 +139,18 @@ impl Controller {
     }
 
     /// The interrupt line (USBCTRL_IRQ).
-    pub(super) fn interrupt(&self) -> bool {
+    pub(in crate::usb) fn interrupt(&self) -> bool {
         self.interrupts() != 0
     }
 
-    fn stored(&self, offset: u32) -> u32 {
+    pub(super) fn stored(&self, offset: u32) -> u32 {
         self.stored
             .get(offset as usize / 4)
             .copied()
             .unwrap_or_default()
     }
 
-    fn is_set(&self, offset: u32, bit: u32) -> bool {
+    pub(super) fn is_set(&self, offset: u32, bit: u32) -> bool {
         self.stored(offset) & bit != 0
     }
 
@@ -210,7 +193,7 @@ impl Controller {
         status | (self.driven.unwrap_or(idle) as u32) << r::LINE_STATE_SHIFT
     }
 
-    /// The voltage of the bus is wired to no pin on our boards: it is what the program says it is.
+    /// VBUS is not wired to a pin: the program sets it by the override bits of USB_PWR.
     fn vbus(&self) -> bool {
         self.is_set(r::USB_PWR, r::VBUS_DETECT_OVERRIDE_EN)
             && self.is_set(r::USB_PWR, r::VBUS_DETECT)
@@ -225,7 +208,7 @@ impl Controller {
     // The bus's side.
 
     /// Whether a host sees a device: pull-up on, connected to the pins, working.
-    pub(super) fn attached(&self) -> bool {
+    pub(in crate::usb) fn attached(&self) -> bool {
         self.is_set(r::MAIN_CTRL, r::CONTROLLER_EN)
             && !self.is_set(r::MAIN_CTRL, r::HOST_NDEVICE)
             && self.is_set(r::USB_MUXING, r::TO_PHY)
@@ -233,49 +216,49 @@ impl Controller {
     }
 
     /// The host resets the bus from now on.
-    pub(super) fn bus_reset(&mut self) {
+    pub(in crate::usb) fn bus_reset(&mut self) {
         self.status |= r::BUS_RESET;
         self.driven = Some(Signal::Se0);
         self.suspend_at = None;
     }
 
     /// The host wakes the bus from now on.
-    pub(super) fn bus_resume(&mut self) {
+    pub(in crate::usb) fn bus_resume(&mut self) {
         self.status |= r::RESUME;
         self.driven = Some(Signal::K);
         self.suspend_at = None;
     }
 
     /// The host sends frames from now on.
-    pub(super) fn bus_active(&mut self) {
+    pub(in crate::usb) fn bus_active(&mut self) {
         self.driven = None;
         self.suspend_at = None;
     }
 
-    /// Nothing is to be heard from now on, be it that the host sleeps or that it is gone.
-    pub(super) fn bus_idle(&mut self, now: Cycles) {
+    /// The bus is idle from now on: the host is suspended or gone.
+    pub(in crate::usb) fn bus_idle(&mut self, now: Cycles) {
         self.driven = None;
         self.suspend_at = self.attached().then_some(now + IDLE);
     }
 
     /// When it will find the bus suspended.
-    pub(super) fn suspend_at(&self) -> Option<Cycles> {
+    pub(in crate::usb) fn suspend_at(&self) -> Option<Cycles> {
         self.suspend_at
     }
 
     /// The bus has been idle for long enough.
-    pub(super) fn suspend(&mut self) {
+    pub(in crate::usb) fn suspend(&mut self) {
         self.suspend_at = None;
         self.status |= r::SUSPENDED;
     }
 
     /// Whether the program wants to be told of every frame.
-    pub(super) fn wants_frames(&self) -> bool {
+    pub(in crate::usb) fn wants_frames(&self) -> bool {
         self.is_set(r::INTE, r::INT_DEV_SOF)
     }
 
     /// Start of frame.
-    pub(super) fn start_of_frame(&mut self, number: u32) {
+    pub(in crate::usb) fn start_of_frame(&mut self, number: u32) {
         self.new_frame |= number != self.frame;
         self.frame = number;
     }

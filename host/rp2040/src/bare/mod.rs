@@ -6,8 +6,8 @@ mod memory;
 
 pub use memory::{FLASH_SIZE, FLASH_START, Memory, RAM_SIZE, RAM_START};
 
-use super::cpu::{Activity, Core, FaultReport};
-use super::elf::Image;
+use crate::cpu::{Activity, Core, FaultReport};
+use crate::elf::Image;
 
 /// A program that does not fit into the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -49,34 +49,14 @@ pub enum RunError {
         pc: u32,
     },
     /// A fault within the HardFault handler, or without any.
-    #[error("the core locked up: {}", describe(.fault))]
+    #[error("the core locked up: {fault}")]
     Lockup {
         /// The last fault.
-        fault: Option<FaultReport>,
+        fault: FaultReport,
     },
     /// It asked for a reset, which would only begin it again.
     #[error("the program asked for a reset")]
     Reset,
-}
-
-fn describe(fault: &Option<FaultReport>) -> String {
-    match fault {
-        None => "no fault is known".into(),
-        Some(FaultReport {
-            cause,
-            instruction,
-            address: None,
-        }) => {
-            format!("{cause}, instruction at {instruction:#010x}")
-        }
-        Some(FaultReport {
-            cause,
-            instruction,
-            address: Some(address),
-        }) => {
-            format!("{cause}, address {address:#010x}, instruction at {instruction:#010x}")
-        }
-    }
 }
 
 /// The machine.
@@ -129,7 +109,7 @@ impl Bare {
         self.core.reset(&mut self.memory, vector_table);
     }
 
-    /// Executes one instruction, or takes one exception; gives its cycles.
+    /// Executes one instruction, or takes one exception; returns its cycles.
     #[inline]
     pub fn step(&mut self) -> u32 {
         let cycles = self.core.step(&mut self.memory);
@@ -163,10 +143,10 @@ impl Bare {
 
     /// Only SysTick can wake the core.
     fn pass_the_time(&mut self, end: u64) -> Result<(), RunError> {
-        if self.core.activity() == Activity::Lockup {
-            return Err(RunError::Lockup {
-                fault: self.core.fault(),
-            });
+        if self.core.activity() == Activity::Lockup
+            && let Some(fault) = self.core.fault()
+        {
+            return Err(RunError::Lockup { fault });
         }
         if !self.core.sleeping() {
             return Ok(());
@@ -288,7 +268,7 @@ mod tests {
         assert_eq!(machine(&[0xbf30]).run(100), Err(RunError::Asleep { pc }));
         // UDF, and no HardFault handler
         let error = machine(&[0xde00]).run(100).expect_err("a lockup");
-        let RunError::Lockup { fault: Some(fault) } = error else {
+        let RunError::Lockup { fault } = error else {
             panic!("{error}")
         };
         assert_eq!(fault.cause, FaultCause::NotThumb, "the vector is zero");
