@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use rover_figure::{Drive, Figure, Figures, first_trial, of_sessions, test_drives};
 use rover_shared::parameters::{Coefficients, Parameters};
-use rover_simulator::arena::{ArenaSource, Layout};
+use rover_simulator::arena::Layout;
 use rover_simulator::experiment::{
     Exam, Known, LearnedSession, SessionPlan, Trial, examine_knowledge, learn,
 };
