@@ -14,6 +14,7 @@
 
 pub mod arena;
 pub mod baseline;
+mod chance;
 pub mod experiment;
 pub mod parameters;
 pub mod reference;

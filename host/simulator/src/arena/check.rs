@@ -1,4 +1,4 @@
-//! What an arena file says, checked value by value: every error names its line.
+//! Checks an arena file value by value: every error names its line.
 
 use std::ops::Range;
 use std::path::Path;
@@ -36,11 +36,7 @@ impl Text<'_> {
             .take(span.start)
             .filter(|b| *b == b'\n')
             .count();
-        ArenaError::Line {
-            path: self.path.to_path_buf(),
-            line,
-            problem: problem.into(),
-        }
+        ArenaError::line(self.path, line, problem)
     }
 
     fn number(&self, name: &str, n: &Number, range: Range<f64>) -> Result<f64, ArenaError> {
@@ -84,9 +80,8 @@ impl Text<'_> {
         entry: &ArenaEntry,
         files: &mut Files,
     ) -> Result<([f64; 2], Vec<Obstacle>), ArenaError> {
-        let missing = |key: &str| ArenaError::File {
-            path: self.path.to_path_buf(),
-            problem: format!("`{key}` is missing: expected a number"),
+        let missing = |key: &str| {
+            ArenaError::file(self.path, format!("`{key}` is missing: expected a number"))
         };
         match (&entry.width_cm, &entry.height_cm, &entry.map) {
             (Some(width), Some(height), None) => {

@@ -1,6 +1,6 @@
 //! Everything that can be wrong with an arena.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
@@ -40,4 +40,26 @@ pub enum ArenaError {
         /// What is wrong, and what was expected.
         problem: String,
     },
+}
+
+impl ArenaError {
+    pub(super) fn read(path: &Path, source: std::io::Error) -> Self {
+        let path = path.to_path_buf();
+        Self::Read { path, source }
+    }
+
+    pub(super) fn line(path: &Path, line: usize, problem: impl Into<String>) -> Self {
+        Self::Line {
+            path: path.to_path_buf(),
+            line,
+            problem: problem.into(),
+        }
+    }
+
+    pub(super) fn file(path: &Path, problem: impl Into<String>) -> Self {
+        Self::File {
+            path: path.to_path_buf(),
+            problem: problem.into(),
+        }
+    }
 }

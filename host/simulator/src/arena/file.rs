@@ -49,24 +49,16 @@ pub(super) fn load(path: &Path, files: &mut Files) -> Result<Fixed, ArenaError> 
         let problem = error.message().trim_end().replace('\n', "; ");
         match error.span() {
             Some(span) => file.at(&span, problem),
-            None => ArenaError::File {
-                path: path.to_path_buf(),
-                problem,
-            },
+            None => ArenaError::file(path, problem),
         }
     })?;
     let robot = file.robot(&entry.robot)?;
     let world = file.world(&entry, files)?;
-    let start = entry
-        .start
-        .as_ref()
-        .map(|start| file.start(start, &world, &robot))
-        .transpose()?;
-    let goal = entry
-        .goal
-        .as_ref()
-        .map(|goal| file.goal(goal, &world, &robot))
-        .transpose()?;
+    let start = entry.start.as_ref();
+    let start = start.map(|start| file.start(start, &world, &robot));
+    let goal = entry.goal.as_ref();
+    let goal = goal.map(|goal| file.goal(goal, &world, &robot));
+    let (start, goal) = (start.transpose()?, goal.transpose()?);
     let task = match goal {
         Some(goal) => Task::Reach(goal),
         // The rover has a compass, but nothing to see a target with (IV-A).
@@ -75,10 +67,7 @@ pub(super) fn load(path: &Path, files: &mut Files) -> Result<Fixed, ArenaError> 
             radius_cm: GOAL_RADIUS_CM,
         },
     };
-    Fixed::new(world, robot, start, task).map_err(|problem| ArenaError::File {
-        path: path.to_path_buf(),
-        problem,
-    })
+    Fixed::new(world, robot, start, task).map_err(|problem| ArenaError::file(path, problem))
 }
 
 #[cfg(test)]

@@ -10,19 +10,14 @@ pub(super) struct Files<'a>(pub(super) &'a mut dyn FnMut(&Path) -> io::Result<Ve
 
 impl Files<'_> {
     pub(super) fn bytes(&mut self, path: &Path) -> Result<Vec<u8>, ArenaError> {
-        (self.0)(path).map_err(|source| ArenaError::Read {
-            path: path.to_path_buf(),
-            source,
-        })
+        (self.0)(path).map_err(|source| ArenaError::read(path, source))
     }
 
     pub(super) fn text(&mut self, path: &Path) -> Result<String, ArenaError> {
-        String::from_utf8(self.bytes(path)?).map_err(|_| ArenaError::Read {
-            path: path.to_path_buf(),
-            source: io::Error::new(
-                io::ErrorKind::InvalidData,
-                "stream did not contain valid UTF-8",
-            ),
+        String::from_utf8(self.bytes(path)?).map_err(|_| {
+            let problem = "stream did not contain valid UTF-8";
+            let source = io::Error::new(io::ErrorKind::InvalidData, problem);
+            ArenaError::read(path, source)
         })
     }
 }

@@ -25,6 +25,16 @@ pub(super) enum Task {
     Follow,
 }
 
+impl Task {
+    /// The goal that is given, if one is.
+    fn goal(self) -> Option<Goal> {
+        match self {
+            Self::Reach(goal) => Some(goal),
+            Self::ReachAnywhere { .. } | Self::Follow => None,
+        }
+    }
+}
+
 /// A fixed arena; start and goal may be random.
 #[derive(Clone, Debug)]
 pub(super) struct Fixed {
@@ -62,10 +72,7 @@ impl Fixed {
         task: Task,
     ) -> Result<Self, String> {
         let contact = robot.contact_radius_cm;
-        let given = match task {
-            Task::Reach(goal) => Some(goal.position()),
-            Task::ReachAnywhere { .. } | Task::Follow => None,
-        };
+        let given = task.goal().map(|goal| goal.position());
         let is_random = start.is_none() || matches!(task, Task::ReachAnywhere { .. });
         let origin = start.map(|start| start.position()).or(given);
         let reach = is_random.then(|| Reach::new(&world, contact, origin));
@@ -131,21 +138,15 @@ impl Chance {
                 .as_ref()
                 .is_none_or(|reach| reach.contains(place))
         };
-        let given = match self.task {
-            Task::Reach(goal) => Some(goal),
-            Task::ReachAnywhere { .. } | Task::Follow => None,
-        };
+        let margins = &self.margins;
+        let given = self.task.goal();
         let start = match self.start {
             Some(start) => start,
-            None => {
-                let goal = given.map(|goal| goal.position());
-                self.margins.start(world, goal, reachable, rng)?
-            }
+            None => margins.start(world, given.map(|goal| goal.position()), reachable, rng)?,
         };
         let goal = match self.task {
             Task::ReachAnywhere { radius_cm } => {
-                let from = Some(start.position());
-                Some(self.margins.goal(world, from, radius_cm, reachable, rng)?)
+                Some(margins.goal(world, start.position(), radius_cm, reachable, rng)?)
             }
             Task::Reach(_) | Task::Follow => given,
         };

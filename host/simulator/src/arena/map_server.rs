@@ -27,7 +27,7 @@ const MOST_EVENTS: usize = 10_000;
 /// A cell is at most this large, in metres.
 const LARGEST_RESOLUTION: f64 = 10.0;
 
-/// The YAML file. Other keys are left alone, as `map_server` does.
+/// The YAML file. Other keys are ignored, as `map_server` does.
 #[derive(Deserialize)]
 struct MapEntry {
     image: PathBuf,
@@ -40,7 +40,7 @@ struct MapEntry {
     mode: Mode,
 }
 
-/// Written as a number by `map_saver`, as a truth value by some people.
+/// `map_saver` writes a number, other tools a truth value.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Negate {
@@ -80,13 +80,24 @@ impl MapEntry {
             occupied,
         ))
     }
+
+    fn is_free(&self, pixel: u8) -> bool {
+        let occupancy = match self.mode {
+            Mode::Raw if pixel > 100 => return false,
+            Mode::Raw => f64::from(pixel) / 100.0,
+            Mode::Trinary | Mode::Scale if self.negated() => f64::from(pixel) / 255.0,
+            Mode::Trinary | Mode::Scale => f64::from(255 - pixel) / 255.0,
+        };
+        occupancy < self.free_thresh
+    }
+
+    fn negated(&self) -> bool {
+        matches!(self.negate, Negate::Flag(true) | Negate::Number(1))
+    }
 }
 
 fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
-    let problem = |problem: String| ArenaError::File {
-        path: path.to_path_buf(),
-        problem,
-    };
+    let problem = |problem: String| ArenaError::file(path, problem);
     // A map has some ten lines: aliases that multiply a small file's contents are refused.
     let options = serde_saphyr::options! {
         budget: serde_saphyr::budget! {
@@ -102,11 +113,7 @@ fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
         let line = error.location().map(|at| at.line() as usize);
         let text = error.without_snippet().to_string().replace('\n', "; ");
         match line {
-            Some(line) => ArenaError::Line {
-                path: path.to_path_buf(),
-                line,
-                problem: text,
-            },
+            Some(line) => ArenaError::line(path, line, text),
             None => problem(text),
         }
     })?;
@@ -136,10 +143,7 @@ fn parse(path: &Path, text: &str) -> Result<MapEntry, ArenaError> {
 
 /// The width of an image, and its pixels from the top left, 0 = black.
 fn pixels(path: &Path, bytes: &[u8]) -> Result<(usize, Vec<u8>), ArenaError> {
-    let problem = |problem: String| ArenaError::File {
-        path: path.to_path_buf(),
-        problem,
-    };
+    let problem = |problem: String| ArenaError::file(path, problem);
     let not_an_image = |error| {
         problem(format!(
             "not a PGM image of at most {LARGEST_SIDE} by {LARGEST_SIDE} pixels: {error}"
@@ -165,22 +169,6 @@ fn pixels(path: &Path, bytes: &[u8]) -> Result<(usize, Vec<u8>), ArenaError> {
         return Err(problem("the image has no pixels".to_owned()));
     }
     Ok((grey.width() as usize, grey.into_raw()))
-}
-
-impl MapEntry {
-    fn is_free(&self, pixel: u8) -> bool {
-        let occupancy = match self.mode {
-            Mode::Raw if pixel > 100 => return false,
-            Mode::Raw => f64::from(pixel) / 100.0,
-            Mode::Trinary | Mode::Scale if self.negated() => f64::from(pixel) / 255.0,
-            Mode::Trinary | Mode::Scale => f64::from(255 - pixel) / 255.0,
-        };
-        occupancy < self.free_thresh
-    }
-
-    fn negated(&self) -> bool {
-        matches!(self.negate, Negate::Flag(true) | Negate::Number(1))
-    }
 }
 
 #[cfg(test)]

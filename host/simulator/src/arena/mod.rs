@@ -48,7 +48,7 @@ pub use model::{RangeSensor, RobotModel, Side};
 pub use obstacle::{Circle, Obstacle, Polygon, PolygonError, Rect};
 pub use parry2d_f64::math::Vector;
 pub use place::{Outline, Place};
-pub use pose::{Pose, degrees, micrometres, radians, unit};
+pub use pose::{Pose, centimetres, degrees, micrometres, radians, to_degrees, unit};
 pub use robot::{Motion, Robot};
 pub use scenario::{Goal, Scenario};
 pub use source::ArenaSource;

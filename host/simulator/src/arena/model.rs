@@ -64,7 +64,7 @@ pub struct RobotModel {
 const RAY_SPACING_DEG: f64 = 5.0;
 
 /// Half the rover's side of 35 cm (IV-A): its body is taken to be a disc, so that it can always
-/// turn on the spot, which is how the rule of motion has it.
+/// turn on the spot, as the rule of motion requires.
 const ROVER_RADIUS_CM: f64 = 17.5;
 
 impl RangeSensor {

@@ -32,9 +32,19 @@ pub fn degrees(degrees: f64) -> Microdegrees {
     Microdegrees::wrapped((degrees * f64::from(Microdegrees::PER_DEGREE)).round() as i64)
 }
 
+/// A length in centimetres.
+pub fn centimetres(length: Micrometres) -> f64 {
+    f64::from(length.0) / f64::from(Micrometres::PER_CM)
+}
+
+/// An angle in degrees.
+pub fn to_degrees(angle: Microdegrees) -> f64 {
+    f64::from(angle.0) / f64::from(Microdegrees::PER_DEGREE)
+}
+
 /// An angle in radians.
 pub fn radians(angle: Microdegrees) -> f64 {
-    (f64::from(angle.0) / f64::from(Microdegrees::PER_DEGREE)).to_radians()
+    to_degrees(angle).to_radians()
 }
 
 /// The vector of length 1 in a direction.

@@ -7,7 +7,7 @@ use rover_shared::sensing::Sample;
 use rover_shared::units::{Microdegrees, Micrometres};
 
 use super::model::{RobotModel, Side};
-use super::pose::{Pose, degrees, micrometres, unit};
+use super::pose::{Pose, centimetres, degrees, micrometres, unit};
 use super::scenario::{Goal, Scenario};
 use super::world::World;
 
@@ -86,7 +86,7 @@ impl Robot {
         self.path_cm
     }
 
-    /// Puts the robot somewhere else, without checking that there is room: for whoever moves it
+    /// Puts the robot at a pose without checking that there is room: for simulations that move it
     /// by other rules than [`Robot::act`].
     pub fn place(&mut self, pose: Pose) {
         self.pose = pose;
@@ -109,7 +109,7 @@ impl Robot {
     pub fn act(&mut self, turn: Microdegrees, advance: Micrometres) -> Motion {
         self.pose.heading = self.pose.heading.turned(turn);
         let from = self.pose.position();
-        let length = f64::from(advance.0) / f64::from(Micrometres::PER_CM);
+        let length = centimetres(advance);
         let step = unit(self.pose.heading) * length;
         let free = |point| self.world.clearance(point) >= self.model.contact_radius_cm;
         let to = from + step;

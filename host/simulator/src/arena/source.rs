@@ -101,8 +101,6 @@ fn map_arena(path: &Path, files: &mut Files) -> Result<Fixed, ArenaError> {
     let task = Task::ReachAnywhere {
         radius_cm: GOAL_RADIUS_CM,
     };
-    Fixed::new(world, RobotModel::paper(), None, task).map_err(|problem| ArenaError::File {
-        path: path.to_path_buf(),
-        problem,
-    })
+    Fixed::new(world, RobotModel::paper(), None, task)
+        .map_err(|problem| ArenaError::file(path, problem))
 }

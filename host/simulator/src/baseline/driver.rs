@@ -1,9 +1,9 @@
 //! What all baselines have in common: what they see, and how they are driven.
 
 use rover_shared::sensing::Sample;
-use rover_shared::units::{Microdegrees, Micrometres};
+use rover_shared::units::Microdegrees;
 
-use crate::arena::{Robot, RobotModel, Side};
+use crate::arena::{Robot, RobotModel, Side, centimetres};
 
 /// What a driver is shown before it acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub struct Experience<'a> {
     pub after: &'a Observation,
 }
 
-/// Something that steers a robot: every action is a turn, followed by the robot's own step ahead.
+/// Steers a robot: every action is a turn, followed by the robot's own step ahead.
 pub trait Driver: Send {
     /// Forgets what only concerned the trial before; keeps what was learned.
     fn begin_trial(&mut self) {}
@@ -41,11 +41,11 @@ pub trait Driver: Send {
     /// Learns from an action. Drivers that do not learn ignore it.
     fn learn(&mut self, _experience: &Experience<'_>) {}
 
-    /// Ends learning: from now on the driver does what it takes to be best, and tries nothing.
+    /// Ends learning: from now on the driver takes the actions it knows to be best.
     fn freeze(&mut self) {}
 
-    /// How far the rays of [`Observation::fan_cm`] have to reach; `None` for drivers that do
-    /// without them.
+    /// How far the rays of [`Observation::fan_cm`] have to reach; `None` for drivers that do not
+    /// use them.
     fn fan_reach_cm(&self) -> Option<f64> {
         None
     }
@@ -67,16 +67,6 @@ impl Observation {
     }
 }
 
-/// A distance of a [`Sample`] in centimetres.
-fn centimetres(distance: Micrometres) -> f64 {
-    f64::from(distance.0) / f64::from(Micrometres::PER_CM)
-}
-
-/// An angle in degrees.
-pub(super) fn to_degrees(angle: Microdegrees) -> f64 {
-    f64::from(angle.0) / f64::from(Microdegrees::PER_DEGREE)
-}
-
 /// Readings of the front, left and right sensor, each as a share of the sensor's range, 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ranges([[f64; 2]; 3]);
@@ -92,5 +82,24 @@ impl Ranges {
             let [min, max] = self.0[i];
             ((centimetres(readings[i]) - min) / (max - min).max(f64::EPSILON)).clamp(0.0, 1.0)
         })
+    }
+}
+
+#[cfg(test)]
+impl Observation {
+    /// These readings (cm) of the front, left and right sensor, with the target at this bearing.
+    pub(super) fn example([front, left, right]: [u32; 3], target_deg: f64) -> Self {
+        let cm = rover_shared::units::Micrometres::from_cm;
+        Self {
+            sample: Sample {
+                front: cm(front),
+                left: cm(left),
+                right: cm(right),
+                heading: Microdegrees(0),
+                target_bearing: None,
+            },
+            target: crate::arena::degrees(target_deg),
+            fan_cm: None,
+        }
     }
 }

@@ -1,12 +1,12 @@
 //! Tabular Q-learning (Watkins, 1989): what a standard learner makes of the same sensors, the same
 //! reward and the same trials.
 
-use rand_core::Rng as _;
 use rand_pcg::Pcg32;
 use rover_shared::units::Microdegrees;
 
-use super::driver::{Driver, Experience, Observation, Ranges, to_degrees};
-use crate::arena::RobotModel;
+use super::driver::{Driver, Experience, Observation, Ranges};
+use crate::arena::{RobotModel, to_degrees};
+use crate::chance::uniform;
 
 /// A table of action values over the three ranges in four steps each and the target's bearing in
 /// ten, 640 states, and seven turns. It is rewarded with the growth of the reward function, the
@@ -63,7 +63,7 @@ impl QLearning {
     }
 
     fn chance(&mut self) -> f64 {
-        f64::from(self.rng.next_u32()) / 4_294_967_296.0
+        uniform(&mut self.rng, 0.0, 1.0)
     }
 }
 
@@ -98,26 +98,10 @@ impl Driver for QLearning {
 
 #[cfg(test)]
 mod tests {
-    use rover_shared::sensing::Sample;
-    use rover_shared::units::Micrometres;
-
     use super::*;
 
     fn seen(front: u32, left: u32, right: u32, target: f64) -> Observation {
-        let [front, left, right] = [front, left, right].map(Micrometres::from_cm);
-        let heading = Microdegrees(0);
-        let sample = Sample {
-            front,
-            left,
-            right,
-            heading,
-            target_bearing: None,
-        };
-        Observation {
-            sample,
-            target: crate::arena::degrees(target),
-            fan_cm: None,
-        }
+        Observation::example([front, left, right], target)
     }
 
     #[test]

@@ -35,26 +35,11 @@ impl Driver for Random {
 
 #[cfg(test)]
 mod tests {
-    use rover_shared::sensing::Sample;
-    use rover_shared::units::Micrometres;
-
     use super::*;
 
     #[test]
     fn turns_fill_their_range_evenly_and_follow_from_the_seed() {
-        let (none, heading) = (Micrometres(0), Microdegrees(0));
-        let sample = Sample {
-            front: none,
-            left: none,
-            right: none,
-            heading,
-            target_bearing: None,
-        };
-        let seen = Observation {
-            sample,
-            target: heading,
-            fan_cm: None,
-        };
+        let seen = Observation::example([0; 3], 0.0);
         let draw = |seed| {
             let mut driver = Random::new(seed);
             (0..8000).map(|_| driver.act(&seen).0).collect::<Vec<_>>()

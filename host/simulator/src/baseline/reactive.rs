@@ -3,8 +3,8 @@
 
 use rover_shared::units::Microdegrees;
 
-use super::driver::{Driver, Observation, Ranges, to_degrees};
-use crate::arena::{RobotModel, degrees};
+use super::driver::{Driver, Observation, Ranges};
+use crate::arena::{RobotModel, degrees, to_degrees};
 
 /// Heads for the target; turns about before what is close ahead, always to the same side until it
 /// is past; turns off from what is very close on a side; and does not turn towards what is close.
@@ -31,7 +31,7 @@ const SIDE_DIFFERENCE: f64 = 0.1;
 
 /// Largest turn towards the target.
 const TURN_DEG: f64 = 45.0;
-/// The turn away from what is close ahead. With 45 degrees the rover, who sees little of what it
+/// The turn away from what is close ahead. With 45 degrees the rover, which sees little of what it
 /// is about to touch, is blocked five to nine times as often.
 const TURN_ABOUT_DEG: f64 = 90.0;
 /// The turn away from what is close on a side.
@@ -86,29 +86,12 @@ impl Driver for Reactive {
 
 #[cfg(test)]
 mod tests {
-    use rover_shared::sensing::Sample;
-    use rover_shared::units::Micrometres;
-
     use super::*;
 
     /// The turn after these readings (cm), with the target at this bearing.
     fn turn(driver: &mut Reactive, front: u32, left: u32, right: u32, target: i32) -> i32 {
-        let sample = Sample {
-            front: Micrometres::from_cm(front),
-            left: Micrometres::from_cm(left),
-            right: Micrometres::from_cm(right),
-            heading: Microdegrees(0),
-            target_bearing: None,
-        };
-        let target = Microdegrees::from_degrees(target);
-        driver
-            .act(&Observation {
-                sample,
-                target,
-                fan_cm: None,
-            })
-            .0
-            / 1_000_000
+        let seen = Observation::example([front, left, right], f64::from(target));
+        driver.act(&seen).0 / Microdegrees::PER_DEGREE
     }
 
     #[test]

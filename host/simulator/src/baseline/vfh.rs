@@ -8,8 +8,8 @@
 
 use rover_shared::units::Microdegrees;
 
-use super::driver::{Driver, Observation, to_degrees};
-use crate::arena::{RobotModel, Side, degrees};
+use super::driver::{Driver, Observation};
+use crate::arena::{RobotModel, Side, degrees, to_degrees};
 
 /// See the top of the file. Needs [`Observation::fan_cm`]; without it, it heads for the target.
 #[derive(Clone, Debug)]
@@ -102,32 +102,15 @@ fn turn_about(fan: &[f64; RAYS]) -> Microdegrees {
 
 #[cfg(test)]
 mod tests {
-    use rover_shared::sensing::Sample;
-    use rover_shared::units::Micrometres;
-
     use super::*;
 
     /// The turn with these ranges, the target at this bearing.
     fn turn(fan_cm: Option<[f64; RAYS]>, target: i32) -> i32 {
-        let far = Micrometres::from_cm(40);
-        let heading = Microdegrees(0);
-        let sample = Sample {
-            front: far,
-            left: far,
-            right: far,
-            heading,
-            target_bearing: None,
+        let seen = Observation {
+            fan_cm,
+            ..Observation::example([40; 3], f64::from(target))
         };
-        let target = Microdegrees::from_degrees(target);
-        let mut driver = Vfh::new(&RobotModel::paper());
-        driver
-            .act(&Observation {
-                sample,
-                target,
-                fan_cm,
-            })
-            .0
-            / 1_000_000
+        Vfh::new(&RobotModel::paper()).act(&seen).0 / Microdegrees::PER_DEGREE
     }
 
     #[test]

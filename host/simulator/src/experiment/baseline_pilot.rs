@@ -1,4 +1,4 @@
-//! Lets the controllers of [`crate::baseline`] steer, and learn where they do.
+//! The controllers of [`crate::baseline`] as pilots, and how they learn.
 
 use rand_pcg::Pcg32;
 use rover_shared::action::Action;
@@ -10,7 +10,7 @@ use rover_shared::units::Microdegrees;
 use super::exam::Exam;
 use super::pilot::{Ending, Pilot, TaskKind};
 use super::seeds::{Stream, generator};
-use super::trial::{Conduct, Directions, run_trial};
+use super::trial::{Conduct, run_trial};
 use crate::arena::{Robot, Scenario};
 use crate::baseline::{Driver, Experience, Observation};
 
@@ -99,19 +99,14 @@ impl Pilot for BaselinePilot<'_> {
     }
 }
 
-/// Trials that a learning baseline is given: as many as the paper's controller (III-B).
+/// Trials in which a baseline learns: as many as the paper's controller has (III-B).
 const LEARNING_TRIALS: u32 = 200;
 
-/// Has a baseline learn in arenas like those of `exam`, but never the same ones.
+/// Teaches a baseline in arenas like those of `exam`, but never the same ones.
 pub fn teach(driver: &mut dyn Driver, exam: &Exam, coefficients: &Coefficients) {
     let mut rng: Pcg32 = generator(exam.seed, Stream::Learning);
-    let directions = exam
-        .follow_direction
-        .then(|| Directions::new(generator(exam.seed.wrapping_sub(1), Stream::Directions)));
-    let mut conduct = Conduct {
-        steps: exam.steps,
-        directions,
-    };
+    let directions = exam.follow_direction.then(|| exam.seed.wrapping_sub(1));
+    let mut conduct = Conduct::new(exam.steps, directions);
     for _ in 0..LEARNING_TRIALS {
         let scenario = exam.source.scenario(&mut rng);
         run_trial(

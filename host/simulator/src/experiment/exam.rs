@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::measures::{Estimate, mean, proportion};
 use super::seeds::{Stream, generator, numbered};
-use super::trial::{Conduct, Directions, Trial, run_trial};
+use super::trial::{Conduct, Trial, run_trial};
 use super::turing::{Known, Turing};
 use crate::arena::{ArenaSource, Scenario};
 
@@ -28,7 +28,7 @@ pub struct Exam {
     pub source: ArenaSource,
 }
 
-/// What came of a test, with 95 % intervals.
+/// The result of a test, with 95 % intervals.
 #[derive(Clone, Debug, Serialize)]
 pub struct ExamResult {
     /// Share of arenas in which the target was reached; `None` where there is no target.
@@ -57,17 +57,12 @@ impl Exam {
     }
 
     fn conduct(&self, arena: u64) -> Conduct {
-        let directions = self
-            .follow_direction
-            .then(|| Directions::new(generator(numbered(self.seed, arena), Stream::Directions)));
-        Conduct {
-            steps: self.steps,
-            directions,
-        }
+        let directions = self.follow_direction.then(|| numbered(self.seed, arena));
+        Conduct::new(self.steps, directions)
     }
 }
 
-/// Has `drive` conduct one trial in each arena; it is given the arena's number.
+/// Conducts one trial in each arena by `drive`, which receives the arena's number.
 pub fn examine(
     exam: &Exam,
     mut drive: impl FnMut(u64, &Scenario, &mut Conduct) -> Trial,

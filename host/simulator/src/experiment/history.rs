@@ -9,7 +9,7 @@ use super::pilot::{Ending, TaskKind};
 use super::turing::{Event, Witness};
 
 /// All changes of the staircases, (5) and (6), in order. With them, the staircases at any action
-/// can be told without running the core again.
+/// are known without running the core again.
 #[derive(Clone, Debug)]
 pub struct History {
     /// What the staircases were at first.

@@ -9,7 +9,7 @@ use rover_shared::random::Generator;
 use super::exam::{Exam, ExamResult, examine_knowledge};
 use super::history::History;
 use super::seeds::{Stream, generator};
-use super::trial::{Conduct, Directions, Trial, run_trial};
+use super::trial::{Conduct, Trial, run_trial};
 use super::turing::{Known, Turing, Witness};
 use crate::arena::ArenaSource;
 
@@ -53,7 +53,7 @@ impl SessionPlan {
 /// one learned with.
 const TEST_SEED: u64 = 0x7465_7374_0000_0000;
 
-/// What came of a session.
+/// The result of a session.
 #[derive(Clone, Debug)]
 pub struct LearnedSession {
     /// The seed it started from.
@@ -74,7 +74,7 @@ impl LearnedSession {
     }
 }
 
-/// Runs a learning session. `after_trial` is told of each trial as it ends.
+/// Runs a learning session; `after_trial` is called after each trial.
 pub fn learn(
     plan: &SessionPlan,
     coefficients: &Coefficients,
@@ -88,13 +88,7 @@ pub fn learn(
     let controller = Controller::new(coefficients, PaperRule, &mut knowledge, rng, Mode::Learn);
     let mut pilot = Turing::new(controller, (&mut history, witness));
     let mut arenas = generator(plan.seed, Stream::Learning);
-    let directions = plan
-        .follow_direction
-        .then(|| Directions::new(generator(plan.seed, Stream::Directions)));
-    let mut conduct = Conduct {
-        steps: plan.steps,
-        directions,
-    };
+    let mut conduct = Conduct::new(plan.steps, plan.follow_direction.then_some(plan.seed));
     let trials = (0..plan.trials)
         .map(|_| {
             let scenario = plan.arenas.scenario(&mut arenas);

@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `trial` | one robot in one arena until it arrives or gives up: [`run_trial`] |
-//! | `pilot` | what steers: the [`Pilot`] trait |
+//! | `pilot` | what steers a robot: the [`Pilot`] trait |
 //! | `turing`, `baseline_pilot` | the paper's architecture and the baselines as pilots |
 //! | `learning` | learning from nothing over many trials: [`learn`] |
 //! | `exam` | a frozen controller in arenas it has never met: [`examine_knowledge`] |
@@ -28,5 +28,5 @@ pub use learning::{LearnedSession, SessionPlan, learn};
 pub use measures::{Estimate, directedness, mean, proportion};
 pub use pilot::{Ending, Pilot, TaskKind};
 pub use seeds::{Stream, generator, numbered};
-pub use trial::{Conduct, Directions, FreeHeading, Trial, run_trial};
+pub use trial::{Conduct, FreeHeading, Trial, run_trial};
 pub use turing::{Event, Known, Turing, Witness};

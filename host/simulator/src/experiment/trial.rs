@@ -7,21 +7,35 @@ use rover_shared::units::Microdegrees;
 
 use super::measures::{directedness, mean};
 use super::pilot::{Ending, Pilot, TaskKind};
-use crate::arena::{Motion, Robot, RobotModel, Scenario, Side, micrometres};
+use super::seeds::{Stream, generator};
+use crate::arena::{Motion, Robot, RobotModel, Scenario, Side, micrometres, to_degrees};
+use crate::chance::direction;
 
-/// How a trial is conducted.
+/// How trials are conducted.
 #[derive(Clone, Debug)]
 pub struct Conduct {
     /// Actions allowed (III-B: 500).
-    pub steps: u32,
+    steps: u32,
     /// What to do: with `Some`, follow a direction that changes by chance; with `None`, aim at the
     /// target.
-    pub directions: Option<Directions>,
+    directions: Option<Directions>,
+}
+
+impl Conduct {
+    /// With this many actions (III-B: 500) allowed in each trial, to aim at the target or, with the
+    /// seed of the directions, to follow a direction that changes at random.
+    pub fn new(steps: u32, directions_seed: Option<u64>) -> Self {
+        let directions = |seed| Directions::new(generator(seed, Stream::Directions));
+        Self {
+            steps,
+            directions: directions_seed.map(directions),
+        }
+    }
 }
 
 /// Directions that change at random (IV-A).
 #[derive(Clone, Debug)]
-pub struct Directions {
+struct Directions {
     rng: Pcg32,
     current: Microdegrees,
 }
@@ -31,23 +45,18 @@ impl Directions {
     const CHANGE: u32 = 85_899_346;
 
     /// Directions drawn from `rng`.
-    pub fn new(mut rng: Pcg32) -> Self {
-        let current = any_direction(&mut rng);
+    fn new(mut rng: Pcg32) -> Self {
+        let current = direction(&mut rng);
         Self { rng, current }
     }
 
     fn changed(&mut self) -> bool {
         let change = self.rng.next_u32() < Self::CHANGE;
         if change {
-            self.current = any_direction(&mut self.rng);
+            self.current = direction(&mut self.rng);
         }
         change
     }
-}
-
-fn any_direction(rng: &mut Pcg32) -> Microdegrees {
-    let turn = 2 * i64::from(Microdegrees::HALF_TURN.0);
-    Microdegrees::wrapped((i64::from(rng.next_u32()) * turn) >> 32)
 }
 
 /// What became of a trial.
@@ -169,7 +178,7 @@ impl FreeHeading {
         self.undisturbed = 0;
     }
 
-    /// Takes note of a sample.
+    /// Adds a sample.
     pub fn note(&mut self, sample: &Sample, direction: Microdegrees, robot: &RobotModel) {
         let range = |side| micrometres(robot.range_cm(side)[1]);
         let free = sample.front >= range(Side::Front)
@@ -178,7 +187,7 @@ impl FreeHeading {
         self.undisturbed = if free { self.undisturbed + 1 } else { 0 };
         if self.undisturbed > Self::TURN {
             let angle = direction.turn_from(sample.heading);
-            self.angles_deg.push(f64::from(angle.0.abs()) / 1e6);
+            self.angles_deg.push(to_degrees(angle).abs());
         }
     }
 
