@@ -22,6 +22,7 @@
 
 pub mod adc;
 pub mod bare;
+pub mod binary_info;
 mod boot_rom;
 mod boot_services;
 pub mod bus;

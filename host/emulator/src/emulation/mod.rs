@@ -43,7 +43,7 @@ use emulated_rp2040::peripheral::{CYCLES_PER_MICROSECOND, Cycles};
 use rover_simulator::arena::{Pose, Scenario};
 use tasks::Tasks;
 use track::Track;
-use wiring::Wiring;
+use wiring::{UnknownBoard, Wiring};
 
 pub use report::{EmulationReport, Meter, Sizes, Span};
 
@@ -51,6 +51,17 @@ pub use report::{EmulationReport, Meter, Sizes, Span};
 pub const SLICE: Duration = Duration::from_millis(1);
 /// How long the power is away if the fault does not say.
 const POWER_AWAY: Duration = Duration::from_millis(100);
+
+/// Why a program cannot be emulated.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NotEmulated {
+    /// It is for no board that is known.
+    #[error(transparent)]
+    Board(#[from] UnknownBoard),
+    /// It does not fit into the flash.
+    #[error(transparent)]
+    Size(#[from] OutsideFlash),
+}
 
 /// An emulated rover.
 pub struct Emulation {
@@ -77,19 +88,20 @@ impl Emulation {
     /// A rover that has just been switched on at the start of a scenario, its cable plugged in.
     ///
     /// # Errors
-    /// The program does not fit into the flash.
+    /// The program is for no board that is known, or does not fit into the flash.
     pub fn new(
         image: &Image,
         scenario: &Scenario,
         faults: Schedule,
         seed: u64,
-    ) -> Result<Self, OutsideFlash> {
+    ) -> Result<Self, NotEmulated> {
+        let wiring = Wiring::of(image)?;
         let mut machine = Machine::new(image, seed)?;
-        machine.attach_i2c(wiring::COMPASS_PINS, Compass::default());
+        wiring.connect_compass(&mut machine);
         let cable = Cable::new(&mut machine, seed);
         let mut emulation = Self {
             vehicle: Vehicle::new(scenario, &Build::ROVER, seed),
-            wiring: Wiring::of(image),
+            wiring,
             cable,
             schedule: faults,
             tasks: Tasks::of(image),
@@ -161,7 +173,7 @@ impl Emulation {
 
     /// Whether the motors get any current now.
     pub fn motors_driven(&self) -> bool {
-        wiring::motors_driven(&self.machine)
+        self.wiring.motors_driven(&self.machine)
     }
 
     /// Where the vehicle was at a moment of the board's clock; `None` if that is too long ago or
@@ -280,7 +292,7 @@ impl Emulation {
         self.apply_faults();
         self.tasks.keep(&mut self.machine);
         self.vehicle
-            .advance(SLICE, wiring::motor_pins(&self.machine));
+            .advance(SLICE, self.wiring.motor_pins(&self.machine));
         self.sense();
         self.progress.time = self.progress.time.after(SLICE);
         self.machine.run_until(cycles(self.progress.time));
@@ -302,14 +314,14 @@ impl Emulation {
     /// What the vehicle's sensors give to the board.
     fn sense(&mut self) {
         self.wiring
-            .connect(&mut self.machine, self.vehicle.counts(0));
+            .set_ranges(&mut self.machine, self.vehicle.counts(0));
         let now = self.machine.now();
         let (registers, fault) = match self.vehicle.compass() {
             CompassAnswer::Registers(registers) => (Some(registers), LineFault::None),
             CompassAnswer::Silent => (None, LineFault::None),
             CompassAnswer::Stuck => (None, LineFault::DataLow),
         };
-        let bus = self.machine.i2c_mut(wiring::COMPASS_CONTROLLER);
+        let bus = self.machine.i2c_mut(self.wiring.compass_controller());
         if let Some(compass) = bus.device_mut::<Compass>() {
             compass.set_registers(registers);
         }
