@@ -42,7 +42,9 @@ pub fn pico_board(image: &Image) -> Option<&str> {
 fn bytes(image: &Image, address: u32) -> Option<&[u8]> {
     image.segments.iter().find_map(|segment| {
         let start = address.checked_sub(segment.address)?;
-        segment.bytes.get(start as usize..)
+        let bytes = segment.bytes.get(start as usize..)?;
+        // Another segment may begin where this one ends.
+        (!bytes.is_empty()).then_some(bytes)
     })
 }
 
@@ -61,8 +63,8 @@ mod tests {
     /// Where the entries and what they point to lie.
     const ENTRIES: u32 = 0x1000_4000;
 
-    /// An image with the header after so many bytes, and two entries: the program's name, and a string
-    /// with this ID.
+    /// An image with the header after so many bytes, and two entries right behind another segment: the
+    /// program's name, and a string with this ID.
     fn image(header: usize, id: u32) -> Image {
         let mut program = vec![0xaa; header];
         let table = 0x1000_8000;
@@ -79,7 +81,11 @@ mod tests {
         entries.extend(*b"name\0a-board\0more");
         let segment = |address, bytes| Segment { address, bytes };
         Image {
-            segments: vec![segment(PROGRAM, program), segment(ENTRIES, entries)],
+            segments: vec![
+                segment(PROGRAM, program),
+                segment(ENTRIES - 8, vec![0xbb; 8]),
+                segment(ENTRIES, entries),
+            ],
             ..Image::default()
         }
     }
