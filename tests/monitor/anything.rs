@@ -283,7 +283,7 @@ fn connection() -> impl Strategy<Value = Connection> {
 }
 
 /// Anything.
-pub fn happening() -> impl Strategy<Value = FeedEvent> {
+pub fn feed_event() -> impl Strategy<Value = FeedEvent> {
     let answer = prop::result::maybe_ok(Just(()), refusal()).prop_map(|result| {
         let command = Command::Arm;
         FeedEvent::Answer { command, result }

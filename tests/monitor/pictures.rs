@@ -12,7 +12,7 @@ use rover_cli::monitor::view::Look;
 use rover_cli::monitor::{App, Control, Feed as _};
 use rover_emulator::vehicle::Fault;
 
-use crate::anything::happening;
+use crate::anything::feed_event;
 use crate::scene::{Scene, picture, simulation, watched};
 
 const ASCII: Look = Look {
@@ -109,7 +109,7 @@ proptest! {
 
     #[test]
     fn any_course_of_events_can_be_drawn(
-        happenings in prop::collection::vec(happening(), 0..60),
+        events in prop::collection::vec(feed_event(), 0..60),
         columns in 1u16..200,
         rows in 0u16..60,
         help in any::<bool>(),
@@ -117,9 +117,9 @@ proptest! {
         let mut app = App::default();
         app.help = help;
         let mut plain = Plain::new(Duration::ZERO);
-        for (time, happening) in (0..).map(Duration::from_secs).zip(&happenings) {
-            app.take(time, happening);
-            plain.lines(time, happening, &app.dashboard);
+        for (time, event) in (0..).map(Duration::from_secs).zip(&events) {
+            app.take(time, event);
+            plain.lines(time, event, &app.dashboard);
             picture(&app, false, columns, rows, ASCII);
             picture(&app, true, 80, 24, Look::default());
         }
