@@ -3,19 +3,17 @@
 
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::message::LoggedPose;
+use crate::message::LoggedPose;
 use rover_simulator::arena::{
     Circle, Goal, Obstacle, OccupancyGrid, Polygon, Pose, RangeSensor, Rect, RobotModel, Scenario,
     Side, World,
 };
 
-/// JSON Schema of [`Arena`].
-pub const ARENA_SCHEMA: &str = include_str!("arena.schema.json");
-
 /// Where a trial takes place, written before its first step.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Arena {
     /// Counts trials, from 1.
@@ -30,7 +28,7 @@ pub struct Arena {
 }
 
 /// Walls, obstacles and the robot among them.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Inner width.
@@ -50,7 +48,7 @@ pub struct Place {
 }
 
 /// A circle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Disc {
     /// Of its centre, from the left wall.
@@ -62,7 +60,7 @@ pub struct Disc {
 }
 
 /// The outline of an obstacle.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Shape {
     /// With its lower left corner. Maps are written as one for each run of occupied cells.
@@ -93,7 +91,7 @@ pub enum Shape {
 }
 
 /// A distance sensor.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sensor {
     /// What it is for: `front`, `left` or `right`.
@@ -113,7 +111,7 @@ pub struct Sensor {
 }
 
 /// [`Side`] by its name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LoggedSide {
     /// Ahead.
