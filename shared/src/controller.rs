@@ -38,6 +38,7 @@ struct Pending {
 
 /// What one sample was taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sensed {
     /// The angle to the target, positive on the left, in (-180, 180] degrees.
     #[serde(rename = "target_angle_udeg")]
@@ -52,6 +53,7 @@ pub struct Sensed {
 
 /// What was learned from the action before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Learned {
     /// The pattern that had chosen the action.
     pub code: PatternCode,
@@ -67,6 +69,7 @@ pub struct Learned {
 
 /// What the pattern vector knew of a pattern when it occurred.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Familiarity {
     /// It is remembered.
@@ -79,6 +82,7 @@ pub enum Familiarity {
 
 /// Which pattern arose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Perceived {
     /// The initial states of the corner cells.
     #[serde(rename = "corners_q20")]
@@ -94,6 +98,7 @@ pub struct Perceived {
 
 /// All that one [`Controller::step`] made of its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StepRecord {
     /// Counts the steps of this knowledge, from 0.
     pub step: u32,

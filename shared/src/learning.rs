@@ -76,6 +76,7 @@ impl Transition {
 
 /// A change of a staircase by (5) or (6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StaircaseChange {
     /// Whose staircase.
     pub stimulus: Stimulus,

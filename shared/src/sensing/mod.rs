@@ -14,6 +14,7 @@ use neuron::{STEPS, StepIndex};
 
 /// One reading of all sensors, in physical units, before any scaling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sample {
     /// Free distance ahead: the shorter one where a robot has two front sensors (IV-A).
     #[serde(rename = "front_um")]
@@ -35,6 +36,7 @@ pub struct Sample {
 
 /// The four things the robot senses, in the order in which arrays of four hold them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Stimulus {
     /// Distance ahead, F; sets the upper left corner.
@@ -57,6 +59,8 @@ impl Stimulus {
 /// Decimal, so that the borders between the ten steps are hit exactly: a tenth of any sensor's
 /// range is 200,000.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("minimum" = -1_000_000, "maximum" = 1_000_000)))]
 #[serde(try_from = "i32", into = "i32")]
 pub struct Scaled(i32);
 
@@ -146,6 +150,7 @@ pub struct SensorRanges {
 /// What the robot senses, scaled: the input of the four sensing neurons, in the order of
 /// [`Stimulus`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Percept(pub [Scaled; 4]);
 

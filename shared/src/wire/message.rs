@@ -43,6 +43,7 @@ pub const CURVE_POINTS: usize = 12;
 
 /// What the host asks for.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Command {
     /// Opens the conversation.
     Hello {
@@ -95,6 +96,7 @@ pub enum Command {
 /// A place in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no
 /// heap to put it on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Report {
     /// Opens the conversation, and follows every reset.
     Hello(Hello),
@@ -111,17 +113,21 @@ pub enum Report {
     /// A chunk of the rover's knowledge, when asked for.
     Knowledge(Chunk),
     /// What a panic or hard fault left behind before the last reset.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     LastWords(String<TEXT_BYTES>),
 }
 
 /// Who the rover is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hello {
     /// The rover's [`SCHEMA_HASH`](super::SCHEMA_HASH).
     pub schema: u32,
     /// The board the firmware was built for.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     pub board: String<NAME_BYTES>,
     /// The firmware's version.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     pub firmware: String<NAME_BYTES>,
     /// Why the rover last started.
     pub reset: ResetReason,
@@ -134,6 +140,7 @@ pub struct Hello {
 
 /// The answer to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Ack {
     /// The sequence number of the command's frame.
     pub sequence: u16,
@@ -143,6 +150,7 @@ pub struct Ack {
 
 /// The rover's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// When this was so.
     pub time: Instant,
@@ -157,6 +165,7 @@ pub struct Status {
     /// Action cycles since the reset.
     pub steps: u32,
     /// Median ADC counts: front left, front right, left, right.
+    #[cfg_attr(feature = "schema", schemars(inner(range(max = 4_095))))]
     pub counts: [u16; 4],
     /// What these channels' curves make of them.
     pub distances: [Micrometres; 4],
@@ -173,10 +182,12 @@ pub struct Status {
 
 /// One action cycle: all that the core saw, thought, did and learned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ActionRecord {
     /// When the sample was taken.
     pub time: Instant,
     /// Median ADC counts: front left, front right, left, right.
+    #[cfg_attr(feature = "schema", schemars(inner(range(max = 4_095))))]
     pub counts: [u16; 4],
     /// Health of these channels.
     pub ranges: [ChannelHealth; 4],
@@ -195,6 +206,7 @@ pub struct ActionRecord {
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event {
     /// When.
     pub time: Instant,
@@ -204,6 +216,7 @@ pub struct Event {
 
 /// The kinds of [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum EventKind {
     /// The supervisor changed its state.
     State(State),
@@ -219,6 +232,7 @@ pub enum EventKind {
     /// A range sensor's health changed.
     Range {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// The health from now on.
         health: ChannelHealth,
@@ -238,6 +252,7 @@ pub enum EventKind {
 
 /// A fault at the moment it was counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FaultReport {
     /// When.
     pub time: Instant,
@@ -249,6 +264,7 @@ pub struct FaultReport {
 
 /// A part of the knowledge's bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Chunk {
     /// Length of the whole knowledge in bytes.
     pub total: u32,
@@ -257,11 +273,13 @@ pub struct Chunk {
     /// Where this part starts.
     pub offset: u32,
     /// This part's bytes.
+    #[cfg_attr(feature = "schema", schemars(with = "[u8]", length(max = 128)))]
     pub data: Vec<u8, CHUNK_BYTES>,
 }
 
 /// What the supervisor allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum State {
     /// The motors are off until somebody arms.
     Disarmed,
@@ -275,6 +293,7 @@ pub enum State {
 
 /// Who moves the rover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Mode {
     /// Nobody.
     Idle,
@@ -288,6 +307,7 @@ pub enum Mode {
 
 /// What is to be done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Task {
     /// Follow the direction that was set.
     FollowDirection,
@@ -299,6 +319,7 @@ pub enum Task {
 
 /// Why the rover last started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ResetReason {
     /// The supply came up, or its voltage had dropped.
     PowerOn,
@@ -316,6 +337,7 @@ pub enum ResetReason {
 
 /// How a move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Outcome {
     /// Turned and advanced as asked.
     Completed,
@@ -335,6 +357,7 @@ pub enum Outcome {
 
 /// Health of a range sensor's channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ChannelHealth {
     /// Too few samples since the reset to tell.
     Unknown,
@@ -354,6 +377,7 @@ pub enum ChannelHealth {
 
 /// Health of the compass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum CompassHealth {
     /// No bearing since the reset.
     Unknown,
@@ -367,6 +391,7 @@ pub enum CompassHealth {
 
 /// Everything that is counted, in the order of [`Counters`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Fault {
     /// The control loop was silent for 200 ms.
     ControlSilent,
@@ -412,10 +437,12 @@ pub enum Fault {
 
 /// How often each [`Fault`] has been counted since the reset; they stop at the largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Counters(pub [u32; 20]);
 
 /// Why a command was not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Refusal {
     /// No `Hello` was exchanged yet.
     NoHello,
@@ -432,6 +459,7 @@ pub enum Refusal {
     /// A range sensor is unfit for use.
     RangeSensor {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// What is wrong with it.
         health: ChannelHealth,
@@ -466,12 +494,15 @@ pub enum Refusal {
 
 /// A calibration.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Calibration {
     /// The curve of one range sensor.
     Range {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// Counts rising, distances falling.
+        #[cfg_attr(feature = "schema", schemars(with = "[CurvePoint]", length(max = 12)))]
         points: Vec<CurvePoint, CURVE_POINTS>,
     },
     /// How the compass is mounted.
@@ -492,6 +523,7 @@ pub enum Calibration {
 
 /// A point of a range sensor's curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvePoint {
     /// ADC counts, 0 to 4095.
     pub counts: u16,

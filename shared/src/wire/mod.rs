@@ -48,13 +48,16 @@ pub(crate) static CRC32: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Version of the contract; goes up with every change of [`message`].
 pub const PROTOCOL_VERSION: u8 = 2;
 
-/// Fingerprint of the contract: CRC-32 of the text of `message.rs` without comments and white
-/// space, computed by the compiler.
+/// Fingerprint of the contract: CRC-32 of the text of `message.rs` without comments, white space and
+/// attributes for JSON schemas, computed by the compiler.
 ///
 /// It needs no derive and no bookkeeping, and cannot be forgotten: whatever changes the meaning
 /// of a byte changes this text. (Types of other files that messages contain are pinned by the
 /// golden frames in the tests.)
 pub const SCHEMA_HASH: u32 = fingerprint(include_str!("message.rs").as_bytes());
+
+/// How a line begins that only says how a type is described in JSON.
+const SCHEMA_ATTRIBUTE: &[u8] = b"#[cfg_attr(feature = \"schema\"";
 
 const fn fingerprint(text: &[u8]) -> u32 {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -63,7 +66,7 @@ const fn fingerprint(text: &[u8]) -> u32 {
     let mut i = 0;
     while i < text.len() {
         let byte = text[i];
-        if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
+        if starts_with(text, i, b"//") || starts_with(text, i, SCHEMA_ATTRIBUTE) {
             in_comment = true;
         } else if byte == b'\n' {
             in_comment = false;
@@ -74,6 +77,17 @@ const fn fingerprint(text: &[u8]) -> u32 {
         i += 1;
     }
     digest.finalize()
+}
+
+const fn starts_with(text: &[u8], at: usize, start: &[u8]) -> bool {
+    let mut i = 0;
+    while i < start.len() {
+        if at + i >= text.len() || text[at + i] != start[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
 }
 
 /// Why two sides cannot talk; its text says what to do about it.

@@ -17,6 +17,7 @@ pub type Known = Knowledge<MotorWeights>;
 
 /// The task of a step, as logs have it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum TaskKind {
     /// Aim at a target (III).

@@ -52,6 +52,7 @@ fn any_direction(rng: &mut Pcg32) -> Microdegrees {
 
 /// How a trial ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
     /// At the target.
