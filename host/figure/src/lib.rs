@@ -18,7 +18,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `drive`, `lessons` | drives kept action by action; what was learned |
+//! | `drive` | drives kept action by action |
 //! | `recording` | both, from a log |
 //! | `material` | what the figures of one kind of source are made from |
 //! | `gallery` | all figures of one source, with titles and captions |
@@ -33,7 +33,6 @@ mod drive;
 mod gallery;
 mod lattice;
 mod learning;
-mod lessons;
 mod material;
 mod neuron;
 mod overview;
@@ -54,7 +53,6 @@ use std::path::Path;
 use rover_shared::parameters::Coefficients;
 
 pub use drive::{Drive, Reading, first_trial, test_drives};
-pub use lessons::Lessons;
 use material::Material;
 pub use recording::{Recording, RecordingError};
 use rover_log::files::{WriteError, write_whole};

@@ -89,10 +89,16 @@ mod tests {
 
     #[test]
     fn messages_of_format_1_have_a_checksum_more_and_nothing_else() {
-        let pose = |more: &str| read::<LoggedPose>(
-            format!("{{\"x_um\":1,\"y_um\":2,\"heading_udeg\":3{more}}}").as_bytes(),
-        );
-        let expected = LoggedPose { x_um: 1, y_um: 2, heading_udeg: Microdegrees(3) };
+        let pose = |more: &str| {
+            read::<LoggedPose>(
+                format!("{{\"x_um\":1,\"y_um\":2,\"heading_udeg\":3{more}}}").as_bytes(),
+            )
+        };
+        let expected = LoggedPose {
+            x_um: 1,
+            y_um: 2,
+            heading_udeg: Microdegrees(3),
+        };
         assert_eq!(pose("").unwrap(), (expected, None));
         assert_eq!(pose(",\"chain\":7").unwrap(), (expected, Some(7)));
         assert!(pose(",\"chains\":7").is_err());

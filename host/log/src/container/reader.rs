@@ -128,9 +128,7 @@ pub(crate) fn for_each_message(
                 take_record(at, kind, content)?;
                 rest = after;
             }
-            rest.is_empty()
-                .then_some(())
-                .ok_or(ReadError::Damaged(at))
+            rest.is_empty().then_some(()).ok_or(ReadError::Damaged(at))
         }
         DATA_END => {
             let saved = Fields(content).u32().ok_or(ReadError::Damaged(at))?;
@@ -154,7 +152,7 @@ fn walk<'a>(
             Some((FOOTER, _, end)) if MAGIC.starts_with(end) => return Ok(end != MAGIC),
             // What ends as files do was not cut off: a length is wrong.
             Some((FOOTER, ..)) => return Err(ReadError::Damaged(at)),
-            None if file.ends_with(MAGIC) => return Err(ReadError::Damaged(at)),
+            None if rest.ends_with(MAGIC) => return Err(ReadError::Damaged(at)),
             None => return Ok(true),
             Some((kind, content, after)) => {
                 take(at, kind, content)?;
@@ -339,8 +337,18 @@ mod tests {
     /// A channel "/a" and a message "hello" in it.
     fn records() -> Vec<u8> {
         let channel = [&[7, 0, 1, 0][..], &counted(b"/a"), &counted(b"json")].concat();
-        let message = [&[7, 0][..], &[0; 4], &[9, 0, 0, 0, 0, 0, 0, 0], &[0; 8], b"hello"];
-        [record(CHANNEL, &channel), record(MESSAGE, &message.concat())].concat()
+        let message = [
+            &[7, 0][..],
+            &[0; 4],
+            &[9, 0, 0, 0, 0, 0, 0, 0],
+            &[0; 8],
+            b"hello",
+        ];
+        [
+            record(CHANNEL, &channel),
+            record(MESSAGE, &message.concat()),
+        ]
+        .concat()
     }
 
     /// The messages of a file as text, and whether it is cut off.
@@ -351,7 +359,8 @@ mod tests {
             text += &format!("{} at {}: {data};", message.topic, message.log_time_ns);
             Ok(())
         });
-        cut.map(|cut| (text, cut)).map_err(|error| error.to_string())
+        cut.map(|cut| (text, cut))
+            .map_err(|error| error.to_string())
     }
 
     const HELLO: &str = "/a at 9: hello;";
@@ -394,14 +403,22 @@ mod tests {
     #[test]
     fn what_claims_to_hold_more_than_it_does_is_damaged() {
         let longest = [&[MESSAGE][..], &[0xFF; 8]].concat();
-        let list = |pairs: &[u8]| record(METADATA_RECORD, &[counted(b"a"), counted(pairs)].concat());
+        let list =
+            |pairs: &[u8]| record(METADATA_RECORD, &[counted(b"a"), counted(pairs)].concat());
         let pair = [counted(b"k"), counted(b"v")].concat();
         let whole = file(&[list(&pair)]);
         let extras = Extras::read(&whole).unwrap();
         assert_eq!(extras.metadata("a").unwrap()["k"], "v");
         // A key without its value among them.
-        for records in [list(HUGE), list(&counted(b"k")), record(METADATA_RECORD, HUGE)] {
-            assert!(matches!(Extras::read(&file(&[records])), Err(ReadError::Damaged(8))));
+        for records in [
+            list(HUGE),
+            list(&counted(b"k")),
+            record(METADATA_RECORD, HUGE),
+        ] {
+            assert!(matches!(
+                Extras::read(&file(&[records])),
+                Err(ReadError::Damaged(8))
+            ));
         }
         assert!(read(&file(&[longest])).unwrap_err().contains("damaged"));
         let nested = file(&[chunk("", 0, 0, &chunk("", 0, 0, &records()))]);
@@ -411,7 +428,13 @@ mod tests {
     #[test]
     fn an_attachment_has_a_checksum_that_is_right_or_none() {
         let attached = |checksum: Option<u32>| {
-            let mut content = [&[0; 16][..], &counted(b"a"), &counted(b""), &[1, 0, 0, 0, 0, 0, 0, 0, 7]].concat();
+            let mut content = [
+                &[0; 16][..],
+                &counted(b"a"),
+                &counted(b""),
+                &[1, 0, 0, 0, 0, 0, 0, 0, 7],
+            ]
+            .concat();
             let right = CRC.checksum(&content);
             content.extend(checksum.unwrap_or(right).to_le_bytes());
             file(&[record(ATTACHMENT, &content)])

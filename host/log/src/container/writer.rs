@@ -56,7 +56,9 @@ impl<W: Write + Seek> Container<W> {
         let schema = serde_json::to_vec(schema)?;
         let schema = self.mcap.add_schema(name, "jsonschema", &schema);
         let schema = schema.map_err(io_error)?;
-        let channel = self.mcap.add_channel(schema, topic, "json", &BTreeMap::new());
+        let channel = self
+            .mcap
+            .add_channel(schema, topic, "json", &BTreeMap::new());
         channel.map_err(io_error)
     }
 

@@ -151,13 +151,13 @@ impl Topic {
     pub fn schema(self) -> Schema {
         let title = &format!("{self:?}");
         match self {
-            Self::Hello => schema::of::<Heard<Hello>>(title),
-            Self::Action => schema::of::<Heard<ActionRecord>>(title),
-            Self::Event => schema::of::<Heard<Event>>(title),
-            Self::Fault => schema::of::<Heard<FaultReport>>(title),
-            Self::Status => schema::of::<Heard<Status>>(title),
-            Self::Ack => schema::of::<Heard<Ack>>(title),
-            Self::LastWords => schema::of::<Heard<LastWords>>(title),
+            Self::Hello => heard::<Hello>(title),
+            Self::Action => heard::<ActionRecord>(title),
+            Self::Event => heard::<Event>(title),
+            Self::Fault => heard::<FaultReport>(title),
+            Self::Status => heard::<Status>(title),
+            Self::Ack => heard::<Ack>(title),
+            Self::LastWords => heard::<LastWords>(title),
             Self::Knowledge => schema::of::<Pulled>(title),
             Self::Gap => schema::of::<Gap>(title),
             Self::Command => schema::of::<Asked>(title),
@@ -165,4 +165,13 @@ impl Topic {
             Self::Truth => schema::of::<Truth>(title),
         }
     }
+}
+
+/// The schema of something heard, described as what was said.
+fn heard<T: JsonSchema>(title: &str) -> Schema {
+    let mut schema = schema::of::<Heard<T>>(title);
+    if let Some(description) = schema::of::<T>(title).remove("description") {
+        schema.insert("description".into(), description);
+    }
+    schema
 }

@@ -300,7 +300,10 @@ impl RecordingWriter {
         }
         let (log, publish) = (self.nanoseconds(at), self.nanoseconds(at));
         let name = format!("{KNOWLEDGE}{print:08x}.rover");
-        let attached = self.part.container.attach(&name, bytes, Times { log, publish });
+        let attached = self
+            .part
+            .container
+            .attach(&name, bytes, Times { log, publish });
         attached.map_err(|error| self.error(error))
     }
 

@@ -10,7 +10,6 @@
 //! |---|---|
 //! | `source`, `happening` | where it comes from, and what comes |
 //! | `model`, `hear` | what is shown, and how what is heard changes it |
-//! | `mirror` | what the rover knows, followed |
 //! | `watch`, `pull`, `keys` | what is asked for |
 //! | `terminal` | the loops that keep it going |
 //! | `view` | the picture, one panel a file |
@@ -22,7 +21,6 @@ mod hear;
 mod json;
 pub mod keys;
 pub mod live;
-pub mod mirror;
 pub mod model;
 pub mod plain;
 mod pull;

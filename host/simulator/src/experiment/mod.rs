@@ -19,7 +19,7 @@ mod trial;
 
 pub use baseline_pilot::{BaselinePilot, teach};
 pub use exam::{Exam, ExamResult, examine, examine_knowledge};
-pub use history::History;
+pub use history::{History, Staircases};
 pub use measures::{Estimate, directedness, mean, proportion};
 pub use pilot::{Event, Known, Pilot, TaskKind, Turing, Witness};
 pub use session::{LearnedSession, SessionPlan, learn};
