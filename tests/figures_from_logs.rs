@@ -413,7 +413,7 @@ fn a_log_that_was_cut_off_is_drawn_up_to_the_cut() {
     assert!(log.cut_off);
     let recording = LoggedSession::new(&log).unwrap();
     assert!(recording.cut_off);
-    assert_eq!(recording.lessons.neurons, recording.history.at(u64::MAX));
+    assert_eq!(*recording.lessons.neurons(), recording.history.at(u64::MAX));
     let figures = drawn(vec![recording], Moment::default());
     assert_eq!(figures.figures.len(), 9);
     assert!(figures.report.contains("cut off"));

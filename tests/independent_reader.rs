@@ -2,6 +2,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+#[path = "support/formats.rs"]
+mod formats;
+
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::process;
@@ -129,6 +132,19 @@ fn a_simulations_log_is_read_by_others() {
         let attachments: Vec<_> = found["attachments"].as_array().unwrap().iter().collect();
         assert_eq!(attachments.len(), 2);
         assert_eq!(found["metadata"]["turing-rover"]["seed"], "3");
+    }
+}
+
+#[test]
+fn logs_of_old_formats_are_read_by_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.mcap");
+    for file in formats::logs().concat() {
+        std::fs::write(&path, file).unwrap();
+        let Some(found) = read(&path) else {
+            return;
+        };
+        assert_eq!(found["metadata"]["turing-rover"]["format"], "1");
     }
 }
 

@@ -18,6 +18,7 @@ pub const CURVE_POINTS: usize = 12;
 
 /// What the supervisor allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum State {
     /// The motors are off until armed.
     Disarmed,
@@ -31,6 +32,7 @@ pub enum State {
 
 /// Who moves the rover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Mode {
     /// None.
     Idle,
@@ -44,6 +46,7 @@ pub enum Mode {
 
 /// The task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Task {
     /// Follow the direction that was set.
     FollowDirection,
@@ -55,6 +58,7 @@ pub enum Task {
 
 /// Why the rover last started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ResetReason {
     /// The supply came up, or its voltage had dropped.
     PowerOn,
@@ -73,6 +77,7 @@ pub enum ResetReason {
 
 /// How a move ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Outcome {
     /// Turned and advanced as asked.
     Completed,
@@ -92,6 +97,7 @@ pub enum Outcome {
 
 /// Health of a range sensor's channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum ChannelHealth {
     /// Too few samples since the reset.
     Unknown,
@@ -111,6 +117,7 @@ pub enum ChannelHealth {
 
 /// Health of the compass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum CompassHealth {
     /// No bearing since the reset.
     Unknown,
@@ -124,6 +131,7 @@ pub enum CompassHealth {
 
 /// The faults, in the order of [`Counters`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Fault {
     /// The control loop was silent for 200 ms.
     ControlSilent,
@@ -169,10 +177,12 @@ pub enum Fault {
 
 /// How often each [`Fault`] has been counted since the reset; they stop at the largest value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Counters(pub [u32; 20]);
 
 /// A fault at the moment it was counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FaultReport {
     /// When.
     pub time: Instant,
@@ -184,6 +194,7 @@ pub struct FaultReport {
 
 /// Why a command was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Refusal {
     /// No `Hello` was exchanged yet.
     NoHello,
@@ -200,6 +211,7 @@ pub enum Refusal {
     /// A range sensor is unfit for use.
     RangeSensor {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// What is wrong with it.
         health: ChannelHealth,
@@ -234,12 +246,15 @@ pub enum Refusal {
 
 /// A calibration.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Calibration {
     /// The curve of one range sensor.
     Range {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// Counts rising, distances falling.
+        #[cfg_attr(feature = "schema", schemars(with = "[CurvePoint]", length(max = 12)))]
         points: Vec<CurvePoint, CURVE_POINTS>,
     },
     /// How the compass is mounted.
@@ -260,6 +275,7 @@ pub enum Calibration {
 
 /// A point of a range sensor's curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvePoint {
     /// ADC counts, 0 to 4095.
     pub counts: u16,

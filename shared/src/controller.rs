@@ -40,6 +40,7 @@ struct Pending {
 
 /// The interpretation of one sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sensed {
     /// The angle to the target, positive on the left, in (-180, 180] degrees.
     #[serde(rename = "target_angle_udeg")]
@@ -54,6 +55,7 @@ pub struct Sensed {
 
 /// What was learned from the action before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Learned {
     /// The pattern that had chosen the action.
     pub code: PatternCode,
@@ -69,6 +71,7 @@ pub struct Learned {
 
 /// Whether the pattern vector knew a pattern when it occurred.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Familiarity {
     /// It is remembered.
@@ -81,6 +84,7 @@ pub enum Familiarity {
 
 /// The pattern that arose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Perceived {
     /// The initial states of the corner cells.
     #[serde(rename = "corners_q20")]
@@ -96,6 +100,7 @@ pub struct Perceived {
 
 /// Everything that one [`Controller::step`] computed from its sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StepRecord {
     /// Number of this step in this knowledge, from 0.
     pub step: u32,

@@ -77,6 +77,7 @@ impl Task for FollowDirection {
 
 /// The components of RF in millionths, in the order of [`Stimulus`]; none is positive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Reward(pub [i32; 4]);
 

@@ -7,6 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("unit" = "micrometres")))]
 #[serde(transparent)]
 pub struct Micrometres(pub u32);
 
@@ -33,6 +35,8 @@ impl Micrometres {
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("unit" = "microdegrees")))]
 #[serde(transparent)]
 pub struct Microdegrees(pub i32);
 

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use rover_cli::monitor::known::Mirror;
 use rover_cli::monitor::model::{Knowledge, Why};
 use rover_cli::monitor::player::Player;
 use rover_cli::monitor::{Control, Feed as _};
+use rover_log::knowledge::followed::Followed;
 use rover_shared::contract::{ResetReason, State};
 
 use crate::scene::{Scene, simulation, watched};
@@ -44,7 +44,7 @@ fn a_drive_of_which_an_action_was_lost_is_not_followed() {
     assert_eq!(dashboard.knowledge, Knowledge::Unknown(Why::Missed));
     scene.press("i");
     scene.run(10);
-    assert!(scene.app.dashboard.mirror().is_some_and(Mirror::is_exact));
+    assert!(scene.app.dashboard.mirror().is_some_and(Followed::is_exact));
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn an_unplugged_rover_is_watched_on_when_it_is_back() {
 fn a_log_that_is_followed_ends_with_what_was_learned() {
     let log = simulation();
     let after = log.after.clone().expect("the log is whole");
-    let read = Mirror::new(&after).expect("it is knowledge");
+    let read = Followed::new(&after).expect("it is knowledge");
     let mut player = Player::of_simulation("learn.mcap".into(), log);
     player.control(Control::End);
     let app = watched(&mut player, Duration::from_secs(60));

@@ -11,9 +11,9 @@ use rover_shared::range_check::ParameterError;
 use rover_shared::units::{Microdegrees, Micrometres};
 
 use super::drive::Drive;
-use super::learned::Lessons;
 use rover_log::arena::NoArena;
 use rover_log::knowledge;
+use rover_log::knowledge::followed::Followed;
 use rover_log::message::{End, Step};
 use rover_log::{Entry, Log};
 use rover_simulator::arena::{Motion, Pose, RobotModel, Scenario, Side, Vector, World, radians};
@@ -39,7 +39,7 @@ pub struct LoggedSession {
     /// Its trials, in order.
     pub drives: Vec<Drive>,
     /// What was known at the end.
-    pub lessons: Lessons,
+    pub lessons: Followed,
     /// How the staircases changed.
     pub history: History,
 }
@@ -72,7 +72,7 @@ impl LoggedSession {
         let coefficients = Coefficients::new(&parameters)?;
         let limit = coefficients.learning.amplitude_limit;
         let mut history = History::new(before.sensing.neurons, limit);
-        let mut lessons = Lessons::of(&before);
+        let mut lessons = Followed::of(&before, limit);
         let mut trials: BTreeMap<u32, Logged> = BTreeMap::new();
         for entry in &log.entries {
             match entry {
@@ -84,18 +84,18 @@ impl LoggedSession {
                     });
                     trial.steps.push(step);
                     history.acted(step.record.learned.as_ref());
-                    lessons.note(step.record.learned.as_ref());
+                    // What a gap leaves unknown is not drawn.
+                    let _ = lessons.follow(&step.record);
                 }
                 Entry::End(end) => {
                     trials.entry(end.trial).or_default().end = Some(end);
                     history.concluded(end.learned.as_ref());
-                    lessons.note(end.learned.as_ref());
+                    let _ = end.learned.map(|learned| lessons.learn(&learned));
                 }
             }
         }
-        match &log.after {
-            Some(after) => lessons = Lessons::of(&knowledge::from_bytes(after)?.0),
-            None => lessons.neurons = history.at(u64::MAX),
+        if let Some(after) = &log.after {
+            lessons = Followed::of(&knowledge::from_bytes(after)?.0, limit);
         }
         let scenarios = scenarios(log)?;
         let module = coefficients.learning.module;

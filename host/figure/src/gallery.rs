@@ -111,7 +111,7 @@ impl Inputs {
         let heading = Heading {
             title: "What the sensing neurons learned".into(),
             subtitle: self.about.source.clone(),
-            description: staircases::described(&self.lessons.neurons),
+            description: staircases::described(self.lessons.neurons()),
         };
         let ranges = &self.coefficients.ranges;
         Figure {
@@ -120,7 +120,7 @@ impl Inputs {
             caption: "The four learned functions. Their values are the initial states of the \
                 network's corner cells; all were 0 before learning."
                 .into(),
-            svg: staircases::draw(&self.lessons.neurons, ranges, &heading),
+            svg: staircases::draw(self.lessons.neurons(), ranges, &heading),
         }
     }
 

@@ -6,9 +6,9 @@ use rover_shared::sensing::neuron::SensingNeuron;
 use super::drive::{Drive, first_trial, test_drives};
 use super::figure::{Moment, NoSuchMoment};
 use super::from_log::{LoggedSession, PART};
-use super::learned::Lessons;
 use super::page::{self, Fact};
 use super::situations::Setting;
+use rover_log::knowledge::followed::Followed;
 use rover_simulator::arena::Side;
 use rover_simulator::experiment::{Exam, History, LearnedSession, SessionPlan, Trial};
 
@@ -29,7 +29,7 @@ pub(super) struct Inputs {
     /// Whether a rover's true places are known, by an emulation.
     pub emulated: bool,
     /// At the end.
-    pub lessons: Lessons,
+    pub lessons: Followed,
     pub history: History,
     /// Whether nothing was learned during the drives: all were driven with [`Self::lessons`].
     pub frozen: bool,
@@ -113,7 +113,7 @@ impl Inputs {
             },
             unit: "trial",
             emulated: false,
-            lessons: Lessons::of(&session.knowledge),
+            lessons: Followed::of(&session.knowledge, coefficients.learning.amplitude_limit),
             history: session.history.clone(),
             frozen: true,
             first: first_trial(&bounded, coefficients),
@@ -201,7 +201,7 @@ impl Inputs {
                 &shown,
                 unit,
                 &which,
-                recording.lessons.patterns(),
+                recording.lessons.patterns().len(),
                 follow_direction,
             ),
             drives,
@@ -265,7 +265,7 @@ impl Inputs {
     /// The staircases by which an action was chosen.
     pub fn neurons_at(&self, drive: &Drive, at: usize) -> [SensingNeuron; 4] {
         if self.frozen {
-            self.lessons.neurons
+            *self.lessons.neurons()
         } else {
             self.history.at(drive.first_action + at as u64)
         }

@@ -19,8 +19,8 @@
 //! | module | holds |
 //! |---|---|
 //! | `figure` | what is drawn: [`Figure`], [`Figures`], [`Moment`] |
-//! | `drive`, `learned` | drives kept action by action; what was learned |
-//! | `from_log` | both, from a log |
+//! | `drive` | drives kept action by action |
+//! | `from_log` | the same, and what was learned, from a log |
 //! | `inputs` | what the figures of one kind of source are made from |
 //! | `gallery` | all figures of one source, with titles and captions |
 //! | `situations` | which drives are worth showing |
@@ -36,7 +36,6 @@ mod from_log;
 mod gallery;
 mod inputs;
 mod lattice;
-mod learned;
 mod learning;
 mod neuron;
 mod overview;
@@ -57,7 +56,6 @@ use rover_simulator::experiment::{Exam, LearnedSession, SessionPlan};
 pub use drive::{Drive, Reading, first_trial, test_drives};
 pub use figure::{Figure, Figures, Moment, NoSuchMoment, REPORT};
 pub use from_log::{LoggedSession, LoggedSessionError};
-pub use learned::Lessons;
 
 use inputs::Inputs;
 

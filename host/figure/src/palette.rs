@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use rover_log::knowledge::followed::Followed;
 use rover_shared::perception::PatternCode;
 
 use super::drive::Drive;
-use super::learned::Lessons;
 
 /// Colours that people of all kinds of colour vision can tell apart (Okabe and Ito, 2008), without
 /// its black and yellow, which serve marks and would vanish on white. The two patterns of the
@@ -57,7 +57,7 @@ pub(super) struct Palette {
 
 impl Palette {
     /// Ranks the patterns by the actions that they chose in `drives`.
-    pub fn new(drives: &[Drive], lessons: &Lessons) -> Self {
+    pub fn new(drives: &[Drive], lessons: &Followed) -> Self {
         let mut counts = BTreeMap::<PatternCode, usize>::new();
         for code in drives.iter().flat_map(Drive::codes).flatten() {
             *counts.entry(code).or_default() += 1;

@@ -1,5 +1,6 @@
 //! Quantities as text, and text from outside made safe for a terminal.
 
+use rover_shared::perception::PatternCode;
 use rover_shared::units::{Microdegrees, Micrometres};
 
 /// Text that a terminal takes for text, whatever was in it: control characters are shown as `?`.
@@ -8,6 +9,15 @@ pub fn printable(text: &str, ascii: bool) -> String {
     text.chars()
         .map(|c| if strange(c) { '?' } else { c })
         .collect()
+}
+
+/// A pattern as four lines of four cells, of which those at -1 look like `off`, those at +1 like `on`.
+pub fn pattern(code: PatternCode, [off, on]: [&str; 2]) -> [String; PatternCode::SIDE] {
+    let mut lines: [String; PatternCode::SIDE] = Default::default();
+    for (line, row) in lines.iter_mut().zip(code.rows()) {
+        *line = row.map(|cell| if cell { on } else { off }).concat();
+    }
+    lines
 }
 
 /// A turn, with its side.
@@ -110,6 +120,13 @@ mod tests {
         for wrong in ["", "-", "361", "-361", "1e9", "inf", "NaN", "north"] {
             assert!(parse_compass(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn the_papers_pattern_is_drawn_from_the_upper_left() {
+        // 12703 = 0x319F: rows F, 9, 1, 3 with the lowest bit on the left.
+        let lines = pattern(PatternCode(12_703), [".", "#"]);
+        assert_eq!(lines, ["####", "#..#", "#...", "##.."]);
     }
 
     #[test]

@@ -4,15 +4,13 @@
 use std::sync::Arc;
 
 use rover_simulator::arena::{Goal, Place, Pose, Scenario};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::message::LoggedPose;
-
-/// JSON Schema of [`Arena`].
-pub const ARENA_SCHEMA: &str = include_str!("arena.schema.json");
+use crate::message::LoggedPose;
 
 /// Where a trial takes place, written before its first step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Arena {
     /// Counts trials, from 1.

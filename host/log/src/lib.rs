@@ -1,76 +1,78 @@
-//! Logs: every sample the core was given and all it made of it, as integers, so that a log and
-//! the knowledge it started from replay to the same bits.
+//! Logs of simulations and recordings of rovers, replayed bit by bit; knowledge files; drives
+//! recorded by others.
 //!
-//! Logs are MCAP files, which Foxglove, Rerun and PlotJuggler open. One has
+//! A log holds every sample that the core was given and all that it made of it, as integers, with the
+//! knowledge and the seed that it started from. So the core can be run again on the samples, and has
+//! to come to the same bits:
+//!
+//! ```
+//! use rover_log::replay;
+//! use rover_log::replayable::Sessions;
+//!
+//! let file = std::fs::read("../../tests/data/formats/target.mcap")?;
+//! let log = Sessions::read(&[file])?;
+//! let replayed = replay::verify_sessions(&log)?;
+//! assert_eq!(replayed.difference, None);
+//! assert!(replayed.complete && replayed.steps > 10);
+//! # Ok::<_, Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Logs are MCAP files, which Foxglove, Rerun and PlotJuggler open, with messages in JSON and their
+//! JSON Schemas. That of a simulation has
 //!
 //! | part | holds |
 //! |---|---|
-//! | metadata `turing-rover` | [`Origin`]: format version, program version, seed, mode |
+//! | metadata `turing-rover` | [`FORMAT`] and [`Origin`]: version of the format, program and its version, seed, mode |
 //! | attachment `knowledge.rover` | what was known at the start, with its parameters |
 //! | channel `/arena` | one [`arena::Arena`] per trial, where there is one |
 //! | channel `/step` | one [`message::Step`] per action |
 //! | channel `/end` | one [`message::End`] per trial |
 //! | attachment `knowledge-after.rover` | what was known at the end |
 //!
-//! Log times count actions: one second each, from 0. Messages are JSON with a JSON Schema; units
-//! are in the names of the fields.
+//! Log times count actions: one second each, from 0. Units are in the names of the fields. A rover's
+//! log is a [`recording`].
+//!
+//! Damage is found by MCAP's own checksums, and what was changed on purpose by replaying, as far as
+//! an output depends on it. Other tools may leave out channels, compress chunks (zstd, lz4) and leave
+//! out checksums; attachments and metadata have to stay.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `arena` | the message that says where a trial takes place |
 //! | `arena_file` | arenas from their files |
-//! | `message` | all other messages, their schemas and the checksum that chains them |
-//! | `writer`, `reader` | whole logs |
-//! | `lengths` | whether the lengths that a file claims can be true |
-//! | `recording` | logs of a rover, as it was heard over its port |
-//! | `recorder` | records what a rover says |
-//! | `replayable` | what both kinds of logs have in common, and replays start from |
 //! | `replay` | logs through the core once more, compared bit by bit |
-//! | `recorded_drive` | what the core makes of a drive recorded by others |
-//! | `knowledge` | knowledge files |
-//! | `files` | writing files whole or not at all |
+//! | `replayable` | what both kinds of logs have in common, and replays start from |
+//! | `recorder` | records what a rover says |
+//! | `recording` | the layout, reading and writing of recordings |
+//! | `log`, `writer` | the layout and reading, and the writing of simulations' logs |
+//! | `message`, `arena` | the messages of simulations' logs |
+//! | `schema` | JSON Schemas of messages, from their types |
+//! | `container` | MCAP files |
+//! | `format`, `error` | versions of the layout; why a file cannot be read |
+//! | `recorded_drive`, `table` | what the core makes of a drive recorded by others; such drives as CSV |
+//! | `knowledge` | knowledge files, their summary and difference, and what a robot knows as its log goes on |
 //! | `results` | results as text |
-//! | `table` | drives recorded by others, as CSV |
+//! | `files` | writing files whole or not at all |
 
 pub mod arena;
 pub mod arena_file;
+mod container;
+mod error;
 pub mod files;
+mod format;
 pub mod knowledge;
-mod lengths;
+mod log;
 pub mod message;
-mod reader;
 pub mod recorded_drive;
 pub mod recorder;
 pub mod recording;
 pub mod replay;
 pub mod replayable;
 pub mod results;
+mod schema;
 pub mod table;
 mod writer;
 
-pub use reader::{Entry, Log, ReadError};
+pub use error::ReadError;
+pub use format::FORMAT;
+pub use log::{Entry, Log, Origin};
 pub use writer::LogWriter;
-
-use rover_shared::learning::Mode;
-use serde::{Deserialize, Serialize};
-
-/// Version of the layout described above.
-pub const FORMAT: u32 = 1;
-
-const METADATA: &str = "turing-rover";
-const BEFORE: &str = "knowledge.rover";
-const AFTER: &str = "knowledge-after.rover";
-const ARENA_TOPIC: &str = "/arena";
-const STEP_TOPIC: &str = "/step";
-const END_TOPIC: &str = "/end";
-
-/// What a log started from, besides the knowledge.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Origin {
-    /// The seed of the controller's generator.
-    pub seed: u64,
-    /// Whether the controller learned.
-    pub mode: Mode,
-    /// Who wrote the log: program and version.
-    pub writer: String,
-}

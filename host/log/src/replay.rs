@@ -10,8 +10,8 @@ use rover_shared::range_check::ParameterError;
 use serde_json::Value;
 
 use crate::knowledge;
+use crate::log::{Entry, Log};
 use crate::replayable::{Beginning, Knowledge, Session, Sessions};
-use crate::{Entry, Log};
 
 /// What a replay found.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -119,14 +119,13 @@ pub fn verify(log: &Log) -> Result<Replayed, ReplayError> {
 /// Replays all sessions and compares every recorded output with the core's, bit by bit.
 ///
 /// The replay stops at the first difference: what follows would differ for that reason alone.
-/// Values that no output depends on are covered by the checksum in each message. A session that
-/// begins with knowledge that is not in the log is replayed if the session before ended with it.
+/// Values that no output depends on (poses, sensor counts) are not compared. A session that begins
+/// with knowledge that is not in the log is replayed if the session before ended with it.
 ///
 /// # Errors
 /// If knowledge that the log starts from cannot be used.
 pub fn verify_sessions(log: &Sessions) -> Result<Replayed, ReplayError> {
     let mut replay = Replay {
-        broken_at: log.broken_at,
         known: None,
         replayed: Replayed {
             sessions: log.sessions.len(),
@@ -144,15 +143,12 @@ pub fn verify_sessions(log: &Sessions) -> Result<Replayed, ReplayError> {
         }
     }
     let mut replayed = replay.replayed;
-    // A message that belongs to no session.
-    replayed.difference = log.broken_at.map(|message| broken(message, 0));
     replayed.complete = !log.cut_off && replayed.unverified.is_empty();
     Ok(replayed)
 }
 
 /// A replay under way.
 struct Replay {
-    broken_at: Option<usize>,
     /// What the last session that was replayed to its end ended with.
     known: Option<Vec<u8>>,
     replayed: Replayed,
@@ -230,32 +226,28 @@ impl Replay {
         entry: &Entry,
         controller: &mut Controller<'_, PaperRule>,
     ) -> Option<Difference> {
-        let (trial, found) = match entry {
+        let (field, recorded, replayed) = match entry {
             Entry::Step(step) => {
                 self.replayed.steps += 1;
                 if step.interrupted {
                     controller.interrupt();
                 }
                 let record = controller.step(&step.sample, &step.task);
-                (step.trial, compare("record", &step.record, &record))
+                compare("record", &step.record, &record)?
             }
             Entry::End(end) => {
                 self.replayed.trials += 1;
                 let learned = controller.conclude(&end.sample, &end.task);
-                (end.trial, compare("learned", &end.learned, &learned))
+                compare("learned", &end.learned, &learned)?
             }
         };
-        if let Some((field, recorded, replayed)) = found {
-            return Some(Difference {
-                message,
-                trial,
-                field,
-                recorded,
-                replayed,
-            });
-        }
-        let broken_at = self.broken_at.filter(|at| *at <= message)?;
-        Some(broken(broken_at, trial))
+        Some(Difference {
+            message,
+            trial: entry.trial(),
+            field,
+            recorded,
+            replayed,
+        })
     }
 }
 
@@ -289,10 +281,7 @@ fn end_differs(
     let trial = session
         .entries
         .last()
-        .map_or(number as u32, |(_, entry)| match entry {
-            Entry::Step(step) => step.trial,
-            Entry::End(end) => end.trial,
-        });
+        .map_or(number as u32, |(_, entry)| entry.trial());
     Some(Difference {
         message: session.entries.last().map_or(1, |(message, _)| message + 1),
         trial,
@@ -300,17 +289,6 @@ fn end_differs(
         recorded,
         replayed,
     })
-}
-
-fn broken(message: usize, trial: u32) -> Difference {
-    let text = "a value that no output depends on (its checksum does not match)";
-    Difference {
-        message,
-        trial,
-        field: "chain".into(),
-        recorded: text.into(),
-        replayed: "the same outputs".into(),
-    }
 }
 
 fn compare<T: serde::Serialize + PartialEq>(

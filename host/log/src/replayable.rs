@@ -17,10 +17,11 @@ use rover_shared::sensing::Sample;
 use rover_shared::units::Microdegrees;
 use rover_shared::wire::message::{self, ActionRecord, EventKind, Report};
 
-use super::arena::Arena;
-use super::message::Step;
-use super::recording::{Recorded, Recording, Truth, What};
-use super::{Entry, Log, Origin, ReadError};
+use crate::arena::Arena;
+use crate::error::ReadError;
+use crate::log::{Entry, Log, Origin};
+use crate::message::Step;
+use crate::recording::{Recorded, Recording, Truth, What};
 use rover_simulator::arena::Motion;
 use rover_simulator::experiment::TaskKind;
 
@@ -33,8 +34,6 @@ pub struct Sessions {
     pub sessions: Vec<Session>,
     /// Where an emulated rover drove; of a simulation's log the arenas are in [`Log`] only.
     pub arena: Option<Arena>,
-    /// The number of the first message, from 1, whose checksum does not follow from those before.
-    pub broken_at: Option<usize>,
     /// Whether the file ends before the log does.
     pub cut_off: bool,
 }
@@ -81,8 +80,32 @@ impl Sessions {
     /// If one of the files is neither, or damaged.
     pub fn read(files: &[impl AsRef<[u8]>]) -> Result<Self, ReadError> {
         match files {
-            [file] if !Recording::is_one(file.as_ref()) => Ok(Log::read(file.as_ref())?.into()),
+            [file] if !Recording::is_one(file.as_ref()) => {
+                Ok(Log::of_simulation(file.as_ref())?.into())
+            }
             _ => Ok(Recording::read(files)?.into()),
+        }
+    }
+}
+
+impl Log {
+    /// Reads a log from the contents of its file. A log that was cut off is read up to the cut. Of a
+    /// rover's recording the sessions stand for the trials, from the first that begins in it.
+    ///
+    /// # Errors
+    /// If it is no log that can be read, or damaged.
+    pub fn read(file: &[u8]) -> Result<Self, ReadError> {
+        Self::read_parts(&[file])
+    }
+
+    /// Reads a log, or a recording that has several files, in order.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); also if there are several files and they are no recording's.
+    pub fn read_parts(files: &[impl AsRef<[u8]>]) -> Result<Self, ReadError> {
+        match files {
+            [file] if !Recording::is_one(file.as_ref()) => Self::of_simulation(file.as_ref()),
+            _ => Sessions::from(Recording::read(files)?).try_into(),
         }
     }
 }
@@ -109,7 +132,6 @@ impl From<Log> for Sessions {
             writer: log.origin.writer,
             sessions: vec![session],
             arena: None,
-            broken_at: log.broken_at,
             cut_off: log.cut_off,
         }
     }
@@ -135,7 +157,6 @@ impl From<Recording> for Sessions {
             sessions,
             arena: recording.arena,
             writer: recording.writer,
-            broken_at: recording.broken_at,
             cut_off: recording.cut_off,
         }
     }
@@ -176,7 +197,6 @@ impl TryFrom<Sessions> for Log {
                 .map_or_else(Vec::new, |arena| of_all(arena, &entries)),
             free_running: true,
             entries,
-            broken_at: log.broken_at,
             cut_off: log.cut_off,
         })
     }
@@ -184,13 +204,7 @@ impl TryFrom<Sessions> for Log {
 
 /// The one arena of all these trials.
 fn of_all(arena: Arena, entries: &[Entry]) -> Vec<Arena> {
-    let trials: BTreeSet<u32> = entries
-        .iter()
-        .map(|entry| match entry {
-            Entry::Step(step) => step.trial,
-            Entry::End(end) => end.trial,
-        })
-        .collect();
+    let trials: BTreeSet<u32> = entries.iter().map(Entry::trial).collect();
     let mut place = arena.place;
     let (start, goal) = (arena.start, arena.goal);
     trials

@@ -1,11 +1,10 @@
 //! What results look like as text.
 
 use std::fmt::Write as _;
-use std::path::Path;
 
+use rover_link::text;
 use rover_shared::perception::{PatternCode, SettleTime};
-
-use rover_simulator::experiment::{ExamResult, Known, Trial, mean};
+use rover_simulator::experiment::{Estimate, ExamResult, Known, Trial, mean};
 
 /// How learning went, over trials in groups that grow, because most is learned at the start: the
 /// share of targets reached, collisions, actions and directedness; or, where a direction was
@@ -95,32 +94,22 @@ pub fn time_units(time: SettleTime) -> f64 {
 
 /// A pattern as four lines of four cells.
 pub fn drawing(code: PatternCode) -> [String; 4] {
-    std::array::from_fn(|row| {
-        let cells = (0..4).map(|column| {
-            if code.cell(4 * row + column) {
-                "██"
-            } else {
-                "··"
-            }
-        });
-        cells.collect()
-    })
+    text::pattern(code, ["··", "██"])
 }
 
 /// A test's result.
 pub fn exam(result: &ExamResult) -> String {
     let mut text = String::new();
-    let mut line =
-        |name: &str, estimate: Option<rover_simulator::experiment::Estimate>, digits: usize| {
-            if let Some(e) = estimate {
-                let interval = if e.low.is_finite() {
-                    format!("95 %: {:.digits$} to {:.digits$}", e.low, e.high)
-                } else {
-                    "of a single value".into()
-                };
-                let _ = writeln!(text, "  {name:<34} {:>7.digits$}   ({interval})", e.value);
-            }
-        };
+    let mut line = |name: &str, estimate: Option<Estimate>, digits: usize| {
+        if let Some(e) = estimate {
+            let interval = if e.low.is_finite() {
+                format!("95 %: {:.digits$} to {:.digits$}", e.low, e.high)
+            } else {
+                "of a single value".into()
+            };
+            let _ = writeln!(text, "  {name:<34} {:>7.digits$}   ({interval})", e.value);
+        }
+    };
     line("target reached", result.reached, 3);
     line("reached without a collision", result.clean, 3);
     line("directedness", result.directedness, 3);
@@ -133,17 +122,4 @@ pub fn exam(result: &ExamResult) -> String {
         1,
     );
     text
-}
-
-/// What to do with the files in `out`: `arguments` name the task and the arena that was learned in.
-pub fn next_steps(out: &Path, knowledge: &Path, arguments: &str) -> String {
-    let (out, knowledge) = (out.display(), knowledge.display());
-    // The program as it was called, so that the lines can be copied.
-    let rover = std::env::args().next().unwrap_or_else(|| "rover".into());
-    format!(
-        "\n{out}/ now holds what was learned, the log of every action, and figures\n\
-         (*.svg; report.html has them all).\n\
-         Next:  {rover} test --knowledge {knowledge} {arguments}\n       \
-         {rover} replay {out}/learn.mcap --verify\n"
-    )
 }

@@ -274,7 +274,7 @@ fn shape_problem(error: &csv::Error) -> String {
             format!("{len} values, expected {expected_len} as in the first line")
         }
         csv::ErrorKind::Utf8 { .. } => "not text, expected UTF-8".into(),
-        other => format!("cannot be read: {other:?}"),
+        _ => format!("cannot be read: {error}"),
     }
 }
 

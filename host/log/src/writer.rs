@@ -1,18 +1,18 @@
 //! Writing logs.
 
-use std::collections::BTreeMap;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{Seek, Write};
 use std::sync::Arc;
 
-use mcap::records::MessageHeader;
-use mcap::{Attachment, WriteOptions, Writer};
+use mcap::WriteOptions;
 use rover_shared::controller::Learned;
 use rover_shared::sensing::Sample;
 use serde::Serialize;
 
-use super::arena::{ARENA_SCHEMA, Arena};
-use super::message::{Chain, END_SCHEMA, End, STEP_SCHEMA, Step};
-use super::{AFTER, ARENA_TOPIC, BEFORE, END_TOPIC, FORMAT, METADATA, Origin, STEP_TOPIC};
+use crate::arena::Arena;
+use crate::container::writer::{Container, Times};
+use crate::log::{AFTER, ARENA_TOPIC, BEFORE, END_TOPIC, Origin, STEP_TOPIC};
+use crate::message::{End, Step};
+use crate::schema;
 use rover_simulator::arena::{Scenario, World};
 use rover_simulator::experiment::{Ending, Event, TaskKind, Witness};
 
@@ -22,9 +22,10 @@ const ACTION_NS: u64 = 1_000_000_000;
 /// Writes a log. As a [`Witness`] it writes what a pilot does; the first error is kept for
 /// [`finish`](Self::finish), and nothing is written after it.
 pub struct LogWriter<W: Write + Seek> {
-    mcap: Writer<BufWriter<W>>,
-    channels: [u16; 3],
-    chain: Chain,
+    container: Container<W>,
+    steps: u16,
+    ends: u16,
+    arenas: u16,
     trial: u32,
     /// The world of the trial before.
     world: Option<Arc<World>>,
@@ -38,34 +39,18 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If it cannot be written.
     pub fn new(file: W, origin: &Origin, knowledge: &[u8]) -> std::io::Result<Self> {
-        let options = WriteOptions::new()
-            .compression(None)
-            .library("turing-rover");
-        let mut mcap = options.create(BufWriter::new(file)).map_err(io_error)?;
-        mcap.write_metadata(&mcap::records::Metadata {
-            name: METADATA.into(),
-            metadata: BTreeMap::from([
-                ("format".into(), FORMAT.to_string()),
-                ("seed".into(), origin.seed.to_string()),
-                ("mode".into(), json_name(&origin.mode)),
-                ("writer".into(), origin.writer.clone()),
-            ]),
-        })
-        .map_err(io_error)?;
-        attach(&mut mcap, BEFORE, knowledge, 0)?;
-        let mut channel = |topic: &str, name: &str, schema: &str| {
-            let schema = mcap.add_schema(name, "jsonschema", schema.as_bytes())?;
-            mcap.add_channel(schema, topic, "json", &BTreeMap::new())
-        };
-        let channels = [
-            channel(STEP_TOPIC, "Step", STEP_SCHEMA).map_err(io_error)?,
-            channel(END_TOPIC, "End", END_SCHEMA).map_err(io_error)?,
-            channel(ARENA_TOPIC, "Arena", ARENA_SCHEMA).map_err(io_error)?,
+        let metadata = [
+            ("seed", origin.seed.to_string()),
+            ("mode", json_name(&origin.mode)),
+            ("writer", origin.writer.clone()),
         ];
+        let mut container = Container::begin(file, WriteOptions::new(), metadata)?;
+        container.attach(BEFORE, knowledge, Times { log: 0, publish: 0 })?;
         Ok(Self {
-            mcap,
-            channels,
-            chain: Chain::new(origin)?,
+            steps: container.channel(STEP_TOPIC, "Step", &schema::of::<Step>("Step"))?,
+            ends: container.channel(END_TOPIC, "End", &schema::of::<End>("End"))?,
+            arenas: container.channel(ARENA_TOPIC, "Arena", &schema::of::<Arena>("Arena"))?,
+            container,
             trial: 1,
             world: None,
             actions: 0,
@@ -81,13 +66,11 @@ impl<W: Write + Seek> LogWriter<W> {
         if let Some(error) = self.error.take() {
             return Err(error);
         }
-        let time = self.time();
-        attach(&mut self.mcap, AFTER, knowledge, time)?;
-        self.mcap.finish().map_err(io_error)?;
-        self.mcap
-            .into_inner()
-            .into_inner()
-            .map_err(|error| error.into_error())
+        let log = self.time();
+        self.container
+            .attach(AFTER, knowledge, Times { log, publish: 0 })?;
+        self.container.finish()?;
+        self.container.into_inner()
     }
 
     /// Writes one step.
@@ -95,7 +78,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If it cannot be written.
     pub fn write_step(&mut self, step: &Step) -> std::io::Result<()> {
-        self.write(0, step)?;
+        self.write(self.steps, step)?;
         self.actions += 1;
         Ok(())
     }
@@ -105,7 +88,7 @@ impl<W: Write + Seek> LogWriter<W> {
     /// # Errors
     /// If it cannot be written.
     pub fn write_end(&mut self, end: &End) -> std::io::Result<()> {
-        self.write(1, end)
+        self.write(self.ends, end)
     }
 
     /// Writes where the trial that begins takes place.
@@ -115,22 +98,17 @@ impl<W: Write + Seek> LogWriter<W> {
     pub fn write_arena(&mut self, scenario: &Scenario) -> std::io::Result<()> {
         let before = self.world.replace(scenario.world.clone());
         let same_place = before.is_some_and(|world| Arc::ptr_eq(&world, &scenario.world));
-        self.write(2, &Arena::new(self.trial, scenario, same_place))
+        let arena = Arena::new(self.trial, scenario, same_place);
+        self.write(self.arenas, &arena)
     }
 
-    fn write(&mut self, channel: usize, message: &impl Serialize) -> std::io::Result<()> {
-        let data = self.chain.seal(message)?;
-        let time = self.time();
-        let header = MessageHeader {
-            channel_id: self.channels[channel],
-            // Counts actions round and round: readers use it to notice gaps, and times to order.
-            sequence: self.actions as u32,
-            log_time: time,
-            publish_time: time,
-        };
-        self.mcap
-            .write_to_known_channel(&header, &data)
-            .map_err(io_error)
+    fn write(&mut self, channel: u16, message: &impl Serialize) -> std::io::Result<()> {
+        let (log, publish) = (self.time(), self.time());
+        // Counts actions round and round: readers use it to notice gaps, and times to order.
+        let sequence = self.actions as u32;
+        self.container
+            .message(channel, sequence, Times { log, publish }, message)
+            .map(|_| ())
     }
 
     fn time(&self) -> u64 {
@@ -186,33 +164,10 @@ impl<W: Write + Seek> Witness for LogWriter<W> {
     }
 }
 
-fn attach<W: Write + Seek>(
-    mcap: &mut Writer<W>,
-    name: &str,
-    data: &[u8],
-    time: u64,
-) -> std::io::Result<()> {
-    let attachment = Attachment {
-        log_time: time,
-        create_time: 0,
-        name: name.into(),
-        media_type: "application/octet-stream".into(),
-        data: data.into(),
-    };
-    mcap.attach(&attachment).map_err(io_error)
-}
-
 /// A value without fields by its name in JSON.
 fn json_name(value: &impl Serialize) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
         other => unreachable!("a variant without fields is a string, not {other:?}"),
-    }
-}
-
-fn io_error(error: mcap::McapError) -> std::io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        other => std::io::Error::other(other),
     }
 }

@@ -10,6 +10,7 @@ use crate::units::{Microdegrees, Micrometres};
 
 /// A movement: first turn, then go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Action {
     /// How far to turn on the spot, positive to the left.
     #[serde(rename = "phase_udeg")]

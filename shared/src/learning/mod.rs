@@ -21,6 +21,7 @@ use crate::units::Microdegrees;
 
 /// Whether the controller learns or only acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Try, and learn from the reward.
@@ -81,6 +82,7 @@ impl Transition {
 
 /// A change of a staircase by (5) or (6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct StaircaseChange {
     /// Whose staircase.
     pub stimulus: Stimulus,

@@ -42,6 +42,7 @@ pub const MAX_TIME: SettleTime = SettleTime(200 * SettleTime::PER_UNIT);
 ///
 /// Values beyond +-[`Corners::MAX`] count as +-`MAX`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Corners(pub [i32; 4]);
 
@@ -82,6 +83,7 @@ impl Noise {
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Serialize, Deserialize,
 )]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct SettleTime(pub u32);
 

@@ -19,6 +19,7 @@ use neuron::StepIndex;
 
 /// One reading of all sensors, in physical units, before any scaling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Sample {
     /// Free distance ahead: the shorter one where a robot has two front sensors (IV-A).
     #[serde(rename = "front_um")]
@@ -40,6 +41,7 @@ pub struct Sample {
 
 /// The four stimuli, in the order of all arrays of four.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Stimulus {
     /// Distance ahead, F; sets the upper left corner.
@@ -60,6 +62,7 @@ impl Stimulus {
 /// What the robot senses, scaled: the input of the four sensing neurons, in the order of
 /// [`Stimulus`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]
 pub struct Percept(pub [Scaled; 4]);
 

@@ -10,6 +10,8 @@ pub const STEPS: usize = 10;
 
 /// Which of the ten steps: 0 for inputs near -1, 9 for inputs near 1. (The paper counts 1 to 10.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("maximum" = 9)))]
 #[serde(try_from = "u8", into = "u8")]
 pub struct StepIndex(u8);
 

@@ -9,6 +9,8 @@ use super::neuron::{STEPS, StepIndex};
 /// Decimal, so that the borders between the ten steps are hit exactly: a tenth of any sensor's
 /// range is 200,000.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(extend("minimum" = -1_000_000, "maximum" = 1_000_000)))]
 #[serde(try_from = "i32", into = "i32")]
 pub struct Scaled(i32);
 

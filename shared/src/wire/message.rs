@@ -42,6 +42,7 @@ pub const NAME_BYTES: usize = 24;
 
 /// A message from the host.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Command {
     /// Opens the conversation.
     Hello {
@@ -93,6 +94,7 @@ pub enum Command {
 ///
 /// A slot in a queue of reports has the size of the largest, an [`ActionRecord`]: there is no heap.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Report {
     /// Opens the conversation, and follows every reset.
     Hello(Hello),
@@ -109,17 +111,21 @@ pub enum Report {
     /// A chunk of the rover's knowledge, when asked for.
     Knowledge(Chunk),
     /// What a panic or hard fault left behind before the last reset.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     LastWords(String<TEXT_BYTES>),
 }
 
 /// Who the rover is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Hello {
     /// The rover's [`SCHEMA_HASH`](super::SCHEMA_HASH).
     pub schema: u32,
     /// The board the firmware was built for.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     pub board: String<NAME_BYTES>,
     /// The firmware's version.
+    #[cfg_attr(feature = "schema", schemars(with = "str"))]
     pub firmware: String<NAME_BYTES>,
     /// Why the rover last started.
     pub reset: ResetReason,
@@ -132,6 +138,7 @@ pub struct Hello {
 
 /// The answer to a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Ack {
     /// The sequence number of the command's frame.
     pub sequence: u16,
@@ -141,6 +148,7 @@ pub struct Ack {
 
 /// The rover's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Status {
     /// When this was the state.
     pub time: Instant,
@@ -155,6 +163,7 @@ pub struct Status {
     /// Action cycles since the reset.
     pub steps: u32,
     /// Median ADC counts: front left, front right, left, right.
+    #[cfg_attr(feature = "schema", schemars(inner(range(max = 4_095))))]
     pub counts: [u16; 4],
     /// The distances by these channels' curves.
     pub distances: [Micrometres; 4],
@@ -171,10 +180,12 @@ pub struct Status {
 
 /// One complete action cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ActionRecord {
     /// When the sample was taken.
     pub time: Instant,
     /// Median ADC counts: front left, front right, left, right.
+    #[cfg_attr(feature = "schema", schemars(inner(range(max = 4_095))))]
     pub counts: [u16; 4],
     /// Health of these channels.
     pub ranges: [ChannelHealth; 4],
@@ -193,6 +204,7 @@ pub struct ActionRecord {
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Event {
     /// When.
     pub time: Instant,
@@ -202,6 +214,7 @@ pub struct Event {
 
 /// The kinds of [`Event`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum EventKind {
     /// The supervisor changed its state.
     State(State),
@@ -217,6 +230,7 @@ pub enum EventKind {
     /// A range sensor's health changed.
     Range {
         /// 0 to 3 for front left, front right, left, right.
+        #[cfg_attr(feature = "schema", schemars(range(max = 3)))]
         channel: u8,
         /// The health from now on.
         health: ChannelHealth,
@@ -236,6 +250,7 @@ pub enum EventKind {
 
 /// A part of the knowledge's bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Chunk {
     /// Length of the whole knowledge in bytes.
     pub total: u32,
@@ -244,5 +259,6 @@ pub struct Chunk {
     /// Where this part starts.
     pub offset: u32,
     /// This part's bytes.
+    #[cfg_attr(feature = "schema", schemars(with = "[u8]", length(max = 128)))]
     pub data: Vec<u8, CHUNK_BYTES>,
 }

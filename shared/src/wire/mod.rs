@@ -45,8 +45,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 /// Version of the protocol; goes up with every change of [`message`] or [`crate::contract`].
 pub const PROTOCOL_VERSION: u8 = 2;
 
-/// CRC-32 of the text of `message.rs` and `contract.rs` without comments and white space,
-/// calculated by the compiler.
+/// CRC-32 of the text of `message.rs` and `contract.rs` without comments, white space and attributes
+/// for JSON Schemas, calculated by the compiler.
 ///
 /// It needs no derive and no bookkeeping, and cannot be forgotten: whatever changes the meaning
 /// of a byte changes these texts. (Types of other files that messages contain are pinned by the
@@ -56,6 +56,20 @@ pub const SCHEMA_HASH: u32 = schema_hash(&[
     include_str!("../contract.rs").as_bytes(),
 ]);
 
+/// How a line begins that only says how a type is described in JSON.
+const SCHEMA_ATTRIBUTE: &[u8] = b"#[cfg_attr(feature = \"schema\"";
+
+const fn starts_with(text: &[u8], at: usize, start: &[u8]) -> bool {
+    let mut i = 0;
+    while i < start.len() {
+        if at + i >= text.len() || text[at + i] != start[i] {
+            return false;
+        }
+        i += 1;
+    }
+    true
+}
+
 const fn schema_hash(texts: &[&[u8]]) -> u32 {
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
@@ -64,7 +78,7 @@ const fn schema_hash(texts: &[&[u8]]) -> u32 {
         let (text, mut in_comment, mut i) = (texts[t], false, 0);
         while i < text.len() {
             let byte = text[i];
-            if byte == b'/' && i + 1 < text.len() && text[i + 1] == b'/' {
+            if starts_with(text, i, b"//") || starts_with(text, i, SCHEMA_ATTRIBUTE) {
                 in_comment = true;
             } else if byte == b'\n' {
                 in_comment = false;

@@ -56,6 +56,7 @@ pub fn log(bytes: &[u8]) -> Vec<u8> {
     const HEAD: usize = 9;
     const ATTACHMENT: u8 = 0x09;
     const CHUNK: u8 = 0x06;
+    const DATA_END: u8 = 0x0F;
     let mut sealed = bytes.to_vec();
     let mut at = MAGIC;
     while let Some(head) = sealed.get(at..at.saturating_add(HEAD)) {
@@ -76,6 +77,8 @@ pub fn log(bytes: &[u8]) -> Vec<u8> {
         match kind {
             CHUNK => chunk(content),
             ATTACHMENT => attachment(content),
+            // Not calculated.
+            DATA_END => content.fill(0),
             _ => {}
         }
         at = end;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use rover_link::names;
 use rover_shared::sensing::Stimulus;
 use serde::Serialize;
 
@@ -120,7 +121,7 @@ impl fmt::Display for Difference {
             writeln!(f, "    code {:<6} {a:>8.2} and {b:>8.2} deg", change.code)?;
         }
         for change in &self.staircases {
-            let name = format!("{:?}", change.stimulus).to_lowercase();
+            let name = names::stimulus(change.stimulus);
             writeln!(f, "  staircase {name}: up to {:.3} apart", change.largest)?;
         }
         Ok(())

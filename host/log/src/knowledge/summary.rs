@@ -2,7 +2,10 @@
 
 use std::fmt;
 
+use rover_link::names;
+use rover_shared::action::pattern_vector::Element;
 use rover_shared::checksum::fingerprint;
+use rover_shared::learning::paper_rule::MotorWeights;
 use rover_shared::parameters::Parameters;
 use rover_shared::sensing::Stimulus;
 use serde::Serialize;
@@ -57,15 +60,12 @@ impl Summary {
         let degrees = |angle: rover_shared::units::Microdegrees| f64::from(angle.0) / 1e6;
         let mut elements: Vec<_> = known.patterns.elements().iter().collect();
         elements.sort_by_key(|element| (std::cmp::Reverse(element.occurrences), element.code.0));
-        let pattern = |element: &&rover_shared::action::pattern_vector::Element<_>| {
-            let memory: &rover_shared::learning::paper_rule::MotorWeights = &element.memory;
-            Pattern {
-                code: element.code.0,
-                occurrences: element.occurrences,
-                last_occurrence: element.last_occurrence,
-                phase_deg: degrees(memory.phase),
-                search_deg: degrees(memory.search),
-            }
+        let pattern = |element: &&Element<MotorWeights>| Pattern {
+            code: element.code.0,
+            occurrences: element.occurrences,
+            last_occurrence: element.last_occurrence,
+            phase_deg: degrees(element.memory.phase),
+            search_deg: degrees(element.memory.search),
         };
         Self {
             fingerprint: format!("{:08x}", fingerprint(bytes)),
@@ -121,7 +121,7 @@ pub fn describe(known: &Known, bytes: &[u8], parameters: &Parameters) -> String 
 
 impl fmt::Display for Staircase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let name = format!("{:?}", self.stimulus).to_lowercase();
+        let name = names::stimulus(self.stimulus);
         write!(f, "{name:<8}")?;
         for output in &self.outputs {
             write!(f, " {output:>6.2}")?;

@@ -3,18 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use mcap::MAGIC;
-use mcap::records::MessageHeader;
 use rover_shared::checksum::fingerprint;
 use rover_shared::wire::message::Report;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use super::{Asked, Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic, Truth};
+use super::message::{
+    Asked, END, Gap, Heard, KNOWLEDGE, LastWords, Provenance, Pulled, SOURCE, Topic, Truth,
+};
 use crate::arena::Arena;
-use crate::message::Chain;
-use crate::reader::{for_each_message, read_records};
-use crate::{FORMAT, ReadError};
+use crate::container::reader::{Extras, Message, Metadata, for_each_message};
+use crate::error::ReadError;
+use crate::format::METADATA;
+use crate::message;
 
 /// A recording.
 #[derive(Clone, Debug)]
@@ -27,8 +27,6 @@ pub struct Recording {
     pub knowledge: BTreeMap<u32, Arc<[u8]>>,
     /// Where an emulated rover was switched on, and what stands around it.
     pub arena: Option<Arena>,
-    /// The number of the first message, from 1, whose checksum does not follow from those before.
-    pub broken_at: Option<usize>,
     /// Whether the last file ends before the recording does.
     pub cut_off: bool,
 }
@@ -66,104 +64,113 @@ pub enum What {
 impl Recording {
     /// Whether the contents of a file are a recording, or the beginning of one.
     pub fn is_one(file: &[u8]) -> bool {
-        read_records(file).is_ok_and(|(metadata, _)| {
-            metadata.is_some_and(|metadata| metadata.get("source").is_some_and(|s| s == SOURCE))
+        Extras::read(file).is_ok_and(|extras| {
+            let header = extras.metadata(METADATA);
+            header.is_some_and(|header| header.get("source").is_some_and(|s| s == SOURCE))
         })
     }
 
     /// Which part of a recording the contents of a file are, from 1; `None` if they are none.
     pub fn part_of(file: &[u8]) -> Option<u32> {
-        let (metadata, _) = read_records(file).ok()?;
-        Some(read_provenance(&metadata?).ok()?.part)
+        let extras = Extras::read(file).ok()?;
+        Some(read_provenance(extras.header().ok()?).ok()?.part)
     }
 
     /// Reads a recording from the contents of its files, in order.
     ///
     /// # Errors
-    /// If one is no recording of this version, or a part of it was changed by anything but
-    /// cutting.
+    /// If one is no recording that can be read, or damaged.
     pub fn read(files: &[impl AsRef<[u8]>]) -> Result<Self, ReadError> {
         let mut recording = Self {
             writer: String::new(),
             messages: Vec::new(),
             knowledge: BTreeMap::new(),
             arena: None,
-            broken_at: None,
             cut_off: false,
         };
-        let mut chain: Option<Chain> = None;
+        let mut before = None;
         for file in files {
-            let before = chain.map(|chain| chain.value());
-            chain = Some(recording.read_part(file.as_ref(), before)?);
+            before = recording.read_part(file.as_ref(), before)?;
         }
         Ok(recording)
     }
 
-    fn read_part(&mut self, file: &[u8], before: Option<u32>) -> Result<Chain, ReadError> {
-        if !file.starts_with(MAGIC) {
-            return Err(mcap::McapError::BadMagic.into());
-        }
-        let (metadata, attachments) = read_records(file)?;
-        let metadata = metadata.ok_or(ReadError::Foreign("the metadata turing-rover"))?;
-        let provenance = read_provenance(&metadata)?;
-        let begins_here = before.is_none() && provenance.part == 1;
+    /// Reads a file that follows the one with the checksum `before`, and returns its checksum.
+    fn read_part(&mut self, file: &[u8], before: Option<u32>) -> Result<Option<u32>, ReadError> {
+        let extras = Extras::read(file)?;
+        let provenance = read_provenance(extras.header()?)?;
+        let begins_here = self.messages.is_empty() && provenance.part == 1;
         if !begins_here && (before.is_none() || before != provenance.follows) {
             let reason = format!("file {} does not follow the one before", provenance.part);
             self.push(0, None, 0, What::Gap(Gap { reason }));
         }
-        for (name, bytes) in attachments {
+        for (name, bytes) in &extras.attachments {
             // Under its true name, whatever it is called.
-            if name.starts_with("knowledge-") {
-                self.knowledge.insert(fingerprint(&bytes), bytes.into());
+            if name.starts_with(KNOWLEDGE) {
+                self.knowledge.insert(fingerprint(bytes), (*bytes).into());
             }
         }
-        let chain = Chain::new(&provenance).map_err(|error| ReadError::Message(0, error))?;
         self.writer = provenance.writer;
-        self.read_messages(file, chain)
+        let mut chain = None;
+        self.cut_off = for_each_message(file, |message| {
+            let number = self.messages.len() + 1;
+            if let Some(topic) = Topic::named(message.topic) {
+                let taken = self.take(topic, message);
+                chain = taken.map_err(|error| ReadError::Message(number, error))?;
+            }
+            Ok(())
+        })?;
+        let checksum = extras.metadata(END).and_then(|end| end.get("checksum"));
+        let checksum = checksum.and_then(|checksum| checksum.parse().ok());
+        // In format 1 it is that of the last message.
+        Ok(checksum.or(chain.and_then(|chain| chain.try_into().ok())))
     }
 
-    fn read_messages(&mut self, file: &[u8], mut chain: Chain) -> Result<Chain, ReadError> {
-        self.cut_off = for_each_message(file, |topic, header, data| {
-            if let Some(topic) = Topic::named(topic) {
-                self.take(topic, header, data, &mut chain)?;
+    /// Takes a message, and returns the checksum that it has in format 1.
+    fn take(&mut self, topic: Topic, message: &Message<'_>) -> serde_json::Result<Option<u64>> {
+        match topic {
+            Topic::Hello => self.heard(message, Report::Hello),
+            Topic::Action => self.heard(message, Report::Action),
+            Topic::Event => self.heard(message, Report::Event),
+            Topic::Fault => self.heard(message, Report::Fault),
+            Topic::Status => self.heard(message, Report::Status),
+            Topic::Ack => self.heard(message, Report::Ack),
+            Topic::LastWords => {
+                self.heard(message, |words: LastWords| Report::LastWords(words.text))
             }
-            Ok(self.messages.len())
-        })?;
+            Topic::Knowledge => self.own(message, What::Knowledge),
+            Topic::Gap => self.own(message, What::Gap),
+            Topic::Command => self.own(message, |asked| What::Command(Box::new(asked))),
+            Topic::Truth => self.own(message, What::Truth),
+            Topic::Arena => {
+                // Each file of a recording has it.
+                let (arena, chain) = message::read(message.data)?;
+                self.arena.get_or_insert(arena);
+                Ok(chain)
+            }
+        }
+    }
+
+    fn heard<T: DeserializeOwned>(
+        &mut self,
+        message: &Message<'_>,
+        report: impl FnOnce(T) -> Report,
+    ) -> serde_json::Result<Option<u64>> {
+        let (heard, chain): (Heard<T>, _) = message::read(message.data)?;
+        let what = What::Report(Box::new(report(heard.message)));
+        let (frame, lost) = (Some(heard.frame), heard.lost_before);
+        self.push(message.log_time_ns, frame, lost, what);
         Ok(chain)
     }
 
-    fn take(
+    fn own<T: DeserializeOwned>(
         &mut self,
-        topic: Topic,
-        header: MessageHeader,
-        data: &[u8],
-        chain: &mut Chain,
-    ) -> Result<(), ReadError> {
-        let mut opening = Opening {
-            recording: self,
-            chain,
-            header,
-            data,
-        };
-        match topic {
-            Topic::Hello => opening.report(Report::Hello),
-            Topic::Action => opening.report(Report::Action),
-            Topic::Event => opening.report(Report::Event),
-            Topic::Fault => opening.report(Report::Fault),
-            Topic::Status => opening.report(Report::Status),
-            Topic::Ack => opening.report(Report::Ack),
-            Topic::LastWords => opening.report(|words: LastWords| Report::LastWords(words.text)),
-            Topic::Knowledge => opening.own(What::Knowledge),
-            Topic::Gap => opening.own(What::Gap),
-            Topic::Command => opening.own(|asked| What::Command(Box::new(asked))),
-            Topic::Truth => opening.own(What::Truth),
-            Topic::Arena => {
-                // Each file of a recording has it.
-                let arena = opening.open()?;
-                self.arena.get_or_insert(arena);
-                Ok(())
-            }
-        }
+        message: &Message<'_>,
+        what: impl FnOnce(T) -> What,
+    ) -> serde_json::Result<Option<u64>> {
+        let (read, chain) = message::read(message.data)?;
+        self.push(message.log_time_ns, None, 0, what(read));
+        Ok(chain)
     }
 
     fn push(&mut self, log_time_ns: u64, frame: Option<u16>, lost: u32, what: What) {
@@ -177,57 +184,8 @@ impl Recording {
     }
 }
 
-/// A message that is being read.
-struct Opening<'a> {
-    recording: &'a mut Recording,
-    chain: &'a mut Chain,
-    header: MessageHeader,
-    data: &'a [u8],
-}
-
-impl Opening<'_> {
-    fn report<T: Serialize + DeserializeOwned>(
-        &mut self,
-        report: impl FnOnce(T) -> Report,
-    ) -> Result<(), ReadError> {
-        let heard: Heard<T> = self.open()?;
-        self.recording.push(
-            self.header.log_time,
-            Some(heard.frame),
-            heard.lost_before,
-            What::Report(Box::new(report(heard.message))),
-        );
-        Ok(())
-    }
-
-    fn own<T: Serialize + DeserializeOwned>(
-        &mut self,
-        what: impl FnOnce(T) -> What,
-    ) -> Result<(), ReadError> {
-        let message = self.open()?;
-        self.recording
-            .push(self.header.log_time, None, 0, what(message));
-        Ok(())
-    }
-
-    fn open<T: Serialize + DeserializeOwned>(&mut self) -> Result<T, ReadError> {
-        let number = self.recording.messages.len() + 1;
-        let (message, intact) = self
-            .chain
-            .open(self.data)
-            .map_err(|error| ReadError::Message(number, error))?;
-        if !intact {
-            self.recording.broken_at.get_or_insert(number);
-        }
-        Ok(message)
-    }
-}
-
-fn read_provenance(metadata: &BTreeMap<String, String>) -> Result<Provenance, ReadError> {
-    let text = |key| metadata.get(key).map_or("", String::as_str);
-    if text("format") != FORMAT.to_string() {
-        return Err(ReadError::Format(text("format").into()));
-    }
+fn read_provenance(header: &Metadata) -> Result<Provenance, ReadError> {
+    let text = |key| header.get(key).map_or("", String::as_str);
     if text("source") != SOURCE {
         return Err(ReadError::Foreign("a rover as its source"));
     }

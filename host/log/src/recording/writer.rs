@@ -2,25 +2,22 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use mcap::records::{MessageHeader, Metadata};
-use mcap::{Attachment, WriteOptions, Writer};
+use crc::{CRC_32_ISO_HDLC, Crc, Digest};
+use mcap::WriteOptions;
 use rover_shared::checksum::fingerprint;
 use rover_shared::time::{Duration, Instant};
 use rover_shared::wire::PROTOCOL_VERSION;
 use rover_shared::wire::message::Report;
 use serde::Serialize;
 
-use super::{
-    Asked, END, Gap, Heard, LastWords, Provenance, Pulled, SOURCE, Topic, Truth, attachment_name,
-    schema,
+use super::message::{
+    Asked, END, Gap, Heard, KNOWLEDGE, LastWords, Provenance, Pulled, SOURCE, Topic, Truth,
 };
 use crate::arena::Arena;
+use crate::container::writer::{Container, Times};
 use crate::files::WriteError;
-use crate::message::Chain;
-use crate::{FORMAT, METADATA};
 use rover_link::{Counters, Received, Sent};
 use rover_simulator::arena::Pose;
 
@@ -28,6 +25,8 @@ use rover_simulator::arena::Pose;
 const CHUNK: u64 = 64 * 1024;
 /// A chunk that is not full is written out after this time.
 const FLUSH: Duration = Duration::from_millis(2_000);
+
+static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// Writes a recording, one file after the other.
 pub struct RecordingWriter {
@@ -60,9 +59,10 @@ pub struct Written {
 
 /// One file.
 struct Part {
-    mcap: Writer<BufWriter<File>>,
+    container: Container<File>,
     channels: BTreeMap<Topic, u16>,
-    chain: Chain,
+    /// Of all messages: it names the file.
+    checksum: Digest<'static, u32>,
     provenance: Provenance,
     /// Fingerprints of the knowledge in it.
     attached: BTreeSet<u32>,
@@ -250,7 +250,7 @@ impl RecordingWriter {
     /// # Errors
     /// It cannot be written.
     pub fn flush(&mut self) -> Result<(), WriteError> {
-        let flushed = self.part.mcap.flush().map_err(io_error);
+        let flushed = self.part.container.flush();
         flushed.map_err(|error| self.error(error))
     }
 
@@ -275,7 +275,7 @@ impl RecordingWriter {
         let path = numbered(&self.path, self.number);
         let provenance = Provenance {
             part: self.number,
-            follows: Some(self.part.chain.value()),
+            follows: Some(self.part.checksum.clone().finalize()),
             ..self.part.provenance.clone()
         };
         let part = Part::create(&path, &provenance).map_err(|e| WriteError::new(&path, e))?;
@@ -298,14 +298,12 @@ impl RecordingWriter {
         if !self.part.attached.insert(print) {
             return Ok(());
         }
-        let attachment = Attachment {
-            log_time: self.nanoseconds(at),
-            create_time: self.nanoseconds(at),
-            name: attachment_name(print),
-            media_type: "application/octet-stream".into(),
-            data: bytes.into(),
-        };
-        let attached = self.part.mcap.attach(&attachment).map_err(io_error);
+        let (log, publish) = (self.nanoseconds(at), self.nanoseconds(at));
+        let name = format!("{KNOWLEDGE}{print:08x}.rover");
+        let attached = self
+            .part
+            .container
+            .attach(&name, bytes, Times { log, publish });
         attached.map_err(|error| self.error(error))
     }
 
@@ -316,7 +314,10 @@ impl RecordingWriter {
         published: Instant,
         message: &impl Serialize,
     ) -> Result<(), WriteError> {
-        let times = (self.nanoseconds(at), published.0.saturating_mul(1_000));
+        let times = Times {
+            log: self.nanoseconds(at),
+            publish: published.0.saturating_mul(1_000),
+        };
         let written = self.part.write(topic, times, message);
         written.map_err(|error| self.error(error))
     }
@@ -335,39 +336,29 @@ impl Part {
         // Never over another: a recording cannot be made again.
         let file = File::options().write(true).create_new(true).open(path)?;
         let options = WriteOptions::new()
-            .compression(None)
             .chunk_size(Some(CHUNK))
             // Chunks are put together in memory and written whole.
-            .disable_seeking(true)
-            .library("turing-rover");
-        let mut mcap = options.create(BufWriter::new(file)).map_err(io_error)?;
-        let follows = provenance.follows.map(|chain| chain.to_string());
-        mcap.write_metadata(&Metadata {
-            name: METADATA.into(),
-            metadata: BTreeMap::from([
-                ("format".into(), FORMAT.to_string()),
-                ("source".into(), SOURCE.into()),
-                ("writer".into(), provenance.writer.clone()),
-                ("protocol".into(), provenance.protocol.to_string()),
-                ("part".into(), provenance.part.to_string()),
-                ("follows".into(), follows.unwrap_or_default()),
-            ]),
-        })
-        .map_err(io_error)?;
+            .disable_seeking(true);
+        let follows = provenance.follows.map(|checksum| checksum.to_string());
+        let metadata = [
+            ("source", SOURCE.into()),
+            ("writer", provenance.writer.clone()),
+            ("protocol", provenance.protocol.to_string()),
+            ("part", provenance.part.to_string()),
+            ("follows", follows.unwrap_or_default()),
+        ];
+        let mut container = Container::begin(file, options, metadata)?;
         let mut channels = BTreeMap::new();
         for topic in Topic::ALL {
-            let text = serde_json::to_string(&schema::of(topic))?;
             let name = format!("{topic:?}");
-            let schema = mcap.add_schema(&name, "jsonschema", text.as_bytes());
-            let schema = schema.map_err(io_error)?;
-            let channel = mcap.add_channel(schema, topic.name(), "json", &BTreeMap::new());
-            channels.insert(topic, channel.map_err(io_error)?);
+            let channel = container.channel(topic.name(), &name, &topic.schema())?;
+            channels.insert(topic, channel);
         }
-        mcap.flush().map_err(io_error)?;
+        container.flush()?;
         Ok(Self {
-            mcap,
+            container,
             channels,
-            chain: Chain::new(provenance)?,
+            checksum: CRC.digest(),
             provenance: provenance.clone(),
             attached: BTreeSet::new(),
             messages: 0,
@@ -378,39 +369,30 @@ impl Part {
     fn write(
         &mut self,
         topic: Topic,
-        (log_time, publish_time): (u64, u64),
+        times: Times,
         message: &impl Serialize,
     ) -> std::io::Result<()> {
-        let data = self.chain.seal(message)?;
-        let channel_id = self.channels.get(&topic).copied().unwrap_or_default();
-        let header = MessageHeader {
-            channel_id,
-            sequence: self.messages,
-            log_time,
-            publish_time,
-        };
+        let channel = self.channels.get(&topic).copied().unwrap_or_default();
+        let data = self
+            .container
+            .message(channel, self.messages, times, message)?;
+        self.checksum.update(&data);
         self.messages = self.messages.wrapping_add(1);
-        self.mcap
-            .write_to_known_channel(&header, &data)
-            .map_err(io_error)
+        Ok(())
     }
 
     fn finish(&mut self, counters: Counters, lost: u64) -> std::io::Result<()> {
-        let number = |name: &str, value: u64| (name.to_owned(), value.to_string());
-        self.mcap
-            .write_metadata(&Metadata {
-                name: END.into(),
-                metadata: BTreeMap::from([
-                    number("messages", self.messages.into()),
-                    number("lost_frames", lost),
-                    number("damaged_frames", counters.damaged),
-                    number("unread_reports", counters.unread),
-                    number("reconnections", counters.reconnected),
-                ]),
-            })
-            .map_err(io_error)?;
-        self.mcap.finish().map_err(io_error)?;
-        Ok(())
+        let numbers = [
+            ("messages", self.messages.into()),
+            ("checksum", self.checksum.clone().finalize().into()),
+            ("lost_frames", lost),
+            ("damaged_frames", counters.damaged),
+            ("unread_reports", counters.unread),
+            ("reconnections", counters.reconnected),
+        ];
+        let metadata = numbers.map(|(name, value): (_, u64)| (name, value.to_string()));
+        self.container.metadata(END, metadata)?;
+        self.container.finish()
     }
 }
 
@@ -423,11 +405,4 @@ fn numbered(path: &Path, number: u32) -> PathBuf {
         name.push(extension);
     }
     path.with_file_name(name)
-}
-
-fn io_error(error: mcap::McapError) -> std::io::Error {
-    match error {
-        mcap::McapError::Io(error) => error,
-        other => std::io::Error::other(other),
-    }
 }

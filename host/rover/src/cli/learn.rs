@@ -224,7 +224,7 @@ fn text(
             text += &results::patterns(&learned.knowledge, 5);
             text += &format!("\nTest in {} arenas never met before:\n", only.test.arenas);
             text += &results::exam(&only.test);
-            text += &results::next_steps(&arguments.out, path, &arguments.test());
+            text += &next_steps(&arguments.out, path, &arguments.test());
             text
         }
         (all, _) => {
@@ -258,4 +258,17 @@ fn text(
             text
         }
     }
+}
+
+/// What to do with the files in `out`: `arguments` name the task and the arena that was learned in.
+fn next_steps(out: &Path, knowledge: &Path, arguments: &str) -> String {
+    let (out, knowledge) = (out.display(), knowledge.display());
+    // The program as it was called, so that the lines can be copied.
+    let rover = std::env::args().next().unwrap_or_else(|| "rover".into());
+    format!(
+        "\n{out}/ now holds what was learned, the log of every action, and figures\n\
+         (*.svg; report.html has them all).\n\
+         Next:  {rover} test --knowledge {knowledge} {arguments}\n       \
+         {rover} replay {out}/learn.mcap --verify\n"
+    )
 }

@@ -11,7 +11,6 @@
 //! | `feed` | the trait of what can be watched, and what it reports |
 //! | `rover_feed`, `player` | a rover at the end of a port; a log that is played |
 //! | `model`, `update` | what is shown, and how each event changes it |
-//! | `known` | the rover's knowledge, followed action by action |
 //! | `app`, `knowledge_reader`, `keys` | what is requested of the rover, by itself and by keys |
 //! | `terminal` | the main loops |
 //! | `view` | the picture, one panel a file |
@@ -22,7 +21,6 @@ pub mod feed;
 mod json;
 pub mod keys;
 mod knowledge_reader;
-pub mod known;
 pub mod model;
 pub mod plain;
 pub mod player;

@@ -13,8 +13,8 @@ use rover_shared::units::{Microdegrees, Micrometres};
 use rover_shared::wire::message::{Command, Hello};
 
 use super::feed::{Connection, Playback};
-use super::known::Mirror;
 use crate::lines::{Kind, Line};
+use rover_log::knowledge::followed::Followed;
 
 /// Actions that the history holds; no terminal has more columns.
 pub const HISTORY: usize = 512;
@@ -138,7 +138,7 @@ pub struct Note {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Knowledge {
     /// Followed since it was read.
-    Known(Box<Mirror>),
+    Known(Box<Followed>),
     /// Not known here.
     Unknown(Why),
 }
@@ -183,7 +183,7 @@ impl Dashboard {
     }
 
     /// The knowledge, if it is known.
-    pub fn mirror(&self) -> Option<&Mirror> {
+    pub fn mirror(&self) -> Option<&Followed> {
         match &self.knowledge {
             Knowledge::Known(mirror) => Some(mirror),
             Knowledge::Unknown(_) => None,
@@ -192,7 +192,7 @@ impl Dashboard {
 
     /// Takes the knowledge as it was read, as bytes.
     pub fn learn_all(&mut self, bytes: &[u8]) {
-        self.knowledge = match Mirror::new(bytes) {
+        self.knowledge = match Followed::new(bytes) {
             Ok(mirror) => Knowledge::Known(Box::new(mirror)),
             Err(error) => Knowledge::Unknown(Why::Unreadable(error)),
         };

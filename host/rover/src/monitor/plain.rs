@@ -252,7 +252,7 @@ pub fn patterns(dashboard: &Dashboard) -> Vec<String> {
     };
     let told = mirror.by_use().into_iter().take(PATTERNS).map(|pattern| {
         let turn = pattern.phase.map_or("turn unknown".into(), text::turn);
-        let drawing = pattern.code.picture().to_string().replace('\n', " ");
+        let drawing = text::pattern(pattern.code, [".", "#"]).join(" ");
         format!(
             "pattern {}, {} times, {turn}, rows {drawing}",
             pattern.code, pattern.occurrences

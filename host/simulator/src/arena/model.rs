@@ -8,6 +8,7 @@ use super::whole::{udeg, um};
 
 /// The sensing neuron that a range sensor feeds (Fig. 2a).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Ahead; of several sensors, the one that sees nearest counts (IV-A).
@@ -21,40 +22,50 @@ pub enum Side {
 /// A sensor that reports the free distance within its field of view: a fan of rays, the shortest
 /// of which counts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RangeSensor {
     /// The neuron it feeds.
     pub side: Side,
     /// Where the distance is measured from: forward and to the left of the robot's centre.
     #[serde(rename = "mount_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "[i64; 2]"))]
     pub mount_cm: [f64; 2],
     /// Where the middle of the field points, counter-clockwise from straight ahead.
     #[serde(rename = "axis_udeg", with = "udeg")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub axis_deg: f64,
     /// The field reaches this far to both sides of the axis.
     #[serde(rename = "half_field_udeg", with = "udeg")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub half_field_deg: f64,
     /// Rays, spread evenly over the field with one at each edge; at least 1 (then on the axis).
     pub rays: u32,
     /// The reading where something is nearer than this.
     #[serde(rename = "min_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub min_cm: f64,
     /// The reading where nothing is nearer than this.
     #[serde(rename = "max_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub max_cm: f64,
 }
 
 /// A robot's body, step and sensors.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RobotModel {
     /// The module of all actions, w_m (II-C).
     #[serde(rename = "step_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub step_cm: f64,
     /// The largest turn that an action may have, which the phases are limited to. Not the paper's.
     #[serde(rename = "max_turn_udeg", with = "udeg")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub max_turn_deg: f64,
     /// A move that would bring the robot's centre closer than this to anything is blocked.
     #[serde(rename = "contact_radius_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub contact_radius_cm: f64,
     /// Range sensors: at least one for each [`Side`].
     pub sensors: Vec<RangeSensor>,

@@ -26,34 +26,43 @@ pub enum Obstacle {
 
 /// A rectangle parallel to the walls.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Rect {
     /// Left edge.
     #[serde(rename = "x_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub x_cm: f64,
     /// Lower edge.
     #[serde(rename = "y_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub y_cm: f64,
     /// Width, positive.
     #[serde(rename = "w_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub w_cm: f64,
     /// Height, positive.
     #[serde(rename = "h_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub h_cm: f64,
 }
 
 /// A disc.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Circle {
     /// Centre, from the left.
     #[serde(rename = "x_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub x_cm: f64,
     /// Centre, from below.
     #[serde(rename = "y_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub y_cm: f64,
     /// Radius, positive.
     #[serde(rename = "radius_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub r_cm: f64,
 }
 

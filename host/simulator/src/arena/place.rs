@@ -10,13 +10,16 @@ use super::world::World;
 
 /// Walls, obstacles and the robot among them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Inner width.
     #[serde(rename = "width_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub width_cm: f64,
     /// Inner height.
     #[serde(rename = "height_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub height_cm: f64,
     /// The obstacles.
     pub obstacles: Vec<Outline>,
@@ -27,6 +30,7 @@ pub struct Place {
 
 /// The outline of an obstacle, which may come from anywhere: not yet known to be a shape.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Outline {
     /// A rectangle. Maps are written as one for each run of occupied cells.
@@ -37,6 +41,7 @@ pub enum Outline {
     Polygon {
         /// Its corners, x and y.
         #[serde(rename = "points_um", with = "um")]
+        #[cfg_attr(feature = "schema", schemars(with = "Vec<[i64; 2]>"))]
         points_cm: Vec<[f64; 2]>,
     },
 }

@@ -12,16 +12,20 @@ use super::world::World;
 
 /// What a robot has to reach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Goal {
     /// From the left wall.
     #[serde(rename = "x_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub x_cm: f64,
     /// From the lower wall.
     #[serde(rename = "y_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub y_cm: f64,
     /// Reached when the robot's centre is no farther away than this.
     #[serde(rename = "radius_um", with = "um")]
+    #[cfg_attr(feature = "schema", schemars(with = "i64"))]
     pub radius_cm: f64,
 }
 

@@ -8,14 +8,29 @@ use rover_shared::sensing::neuron::{Activation, SensingNeuron};
 use super::pilot::{Ending, TaskKind};
 use super::turing::{Event, Witness};
 
+/// The four staircases, which follow their changes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Staircases {
+    /// In the order of [`Stimulus`](rover_shared::sensing::Stimulus).
+    pub neurons: [SensingNeuron; 4],
+    /// The bound of the amplitudes.
+    pub limit: Activation,
+}
+
+impl Staircases {
+    /// Makes one change, by (5) or (6).
+    pub fn change(&mut self, change: &StaircaseChange) {
+        let neuron = &mut self.neurons[change.stimulus as usize];
+        neuron.shift(change.step, change.amount, self.limit);
+    }
+}
+
 /// All changes of the staircases, (5) and (6), in order. With them, the staircases at any action
 /// are known without running the core again.
 #[derive(Clone, Debug)]
 pub struct History {
     /// What the staircases were at first.
-    start: [SensingNeuron; 4],
-    /// The bound of the amplitudes.
-    limit: Activation,
+    start: Staircases,
     /// Before which action each change was made, counted from 0 over all trials.
     changes: Vec<(u64, StaircaseChange)>,
     actions: u64,
@@ -23,10 +38,9 @@ pub struct History {
 
 impl History {
     /// A history that begins with these staircases, whose amplitudes stay within `limit`.
-    pub fn new(start: [SensingNeuron; 4], limit: Activation) -> Self {
+    pub fn new(neurons: [SensingNeuron; 4], limit: Activation) -> Self {
         Self {
-            start,
-            limit,
+            start: Staircases { neurons, limit },
             changes: Vec::new(),
             actions: 0,
         }
@@ -66,11 +80,11 @@ impl History {
 
     /// The staircases after a number of changes.
     pub fn after(&self, changes: usize) -> [SensingNeuron; 4] {
-        let mut neurons = self.start;
+        let mut staircases = self.start.clone();
         for (_, change) in self.changes.iter().take(changes) {
-            neurons[change.stimulus as usize].shift(change.step, change.amount, self.limit);
+            staircases.change(change);
         }
-        neurons
+        staircases.neurons
     }
 }
 

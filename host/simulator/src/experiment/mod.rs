@@ -23,7 +23,7 @@ mod turing;
 
 pub use baseline_pilot::{BaselinePilot, teach};
 pub use exam::{Exam, ExamResult, examine, examine_knowledge};
-pub use history::History;
+pub use history::{History, Staircases};
 pub use learning::{LearnedSession, SessionPlan, learn};
 pub use measures::{Estimate, directedness, mean, proportion};
 pub use pilot::{Ending, Pilot, TaskKind};

@@ -84,13 +84,12 @@ impl Look {
         }
     }
 
-    /// A cell of the lattice, two columns wide.
-    pub fn lattice_cell(self, on: bool) -> &'static str {
-        match (on, self.ascii) {
-            (true, false) => "\u{2588}\u{2588}",
-            (false, false) => "\u{2591}\u{2591}",
-            (true, true) => "##",
-            (false, true) => "..",
+    /// Cells of the lattice at -1 and +1, two columns wide.
+    pub fn lattice_cells(self) -> [&'static str; 2] {
+        if self.ascii {
+            ["..", "##"]
+        } else {
+            ["\u{2591}\u{2591}", "\u{2588}\u{2588}"]
         }
     }
 }

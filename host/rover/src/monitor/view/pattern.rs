@@ -28,9 +28,9 @@ pub fn draw(area: Rect, buffer: &mut Buffer, dashboard: &Dashboard, look: Look) 
     };
     match perceived {
         Some(perceived) => {
-            for (y, row) in perceived.code.rows().enumerate() {
-                let row: String = row.map(|cell| look.lattice_cell(cell)).concat();
-                panel.text(0, y as u16, &row, Style::new());
+            let rows = text::pattern(perceived.code, look.lattice_cells());
+            for (y, row) in (0..).zip(&rows) {
+                panel.text(0, y, row, Style::new());
             }
             let familiarity = match perceived.familiarity {
                 Familiarity::Known => match dashboard.mirror() {

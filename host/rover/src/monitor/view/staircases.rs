@@ -84,7 +84,7 @@ fn mark(panel: &mut Panel<'_>, x: u16, width: u16, y: u16, active: Option<(usize
 }
 
 /// The largest amplitude of all, or [`LEAST`].
-fn largest(mirror: &crate::monitor::known::Mirror) -> f64 {
+fn largest(mirror: &rover_log::knowledge::followed::Followed) -> f64 {
     let amplitudes = mirror.neurons().iter().flat_map(|n| n.amplitudes());
     amplitudes.map(|a| real(a.0).abs()).fold(LEAST, f64::max)
 }

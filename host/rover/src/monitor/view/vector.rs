@@ -6,9 +6,9 @@ use ratatui::style::{Modifier, Style};
 use rover_shared::perception::PatternCode;
 
 use super::look::{Look, Panel};
-use crate::monitor::known::Pattern;
 use crate::monitor::model::{Dashboard, Knowledge};
 use rover_link::text;
+use rover_log::knowledge::followed::Pattern;
 
 /// Columns that one pattern takes.
 pub const WIDTH: u16 = 22;

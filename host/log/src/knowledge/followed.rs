@@ -1,9 +1,9 @@
-//! What the rover knows, as far as it can be told from outside: its knowledge as it was read, and
-//! from then on what each action says was learned.
+//! What a robot knows as its log goes on: its knowledge at some moment, and from then on what each
+//! action says was learned.
 //!
-//! A mirror follows actions as long as none is missing: the records count the steps of the very
-//! knowledge. What a record does not tell is not guessed: the phase of a pattern that has just
-//! been met is unknown until something is learned of it.
+//! The records count the steps of the very knowledge, so a missing action is noticed. What a record
+//! does not say is not guessed: the phase of a pattern that was just met is unknown until something
+//! is learned of it.
 
 use rover_shared::action::pattern_vector::CAPACITY;
 use rover_shared::checksum::fingerprint;
@@ -13,7 +13,9 @@ use rover_shared::perception::PatternCode;
 use rover_shared::sensing::neuron::{Activation, SensingNeuron};
 use rover_shared::units::Microdegrees;
 
-use rover_log::knowledge;
+use rover_simulator::experiment::{Known, Staircases};
+
+use super::file::from_bytes;
 
 /// A pattern of the pattern vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,11 +30,10 @@ pub struct Pattern {
     pub phase: Option<Microdegrees>,
 }
 
-/// A copy of a rover's knowledge that is kept up.
+/// A copy of a robot's knowledge that follows its actions.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mirror {
-    neurons: [SensingNeuron; 4],
-    limit: Activation,
+pub struct Followed {
+    staircases: Staircases,
     steps: u32,
     patterns: Vec<Pattern>,
     /// Of the bytes it was made of, as long as nothing has changed since.
@@ -43,33 +44,45 @@ pub struct Mirror {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Gap;
 
-impl Mirror {
-    /// A mirror of knowledge in its form as bytes.
+impl Followed {
+    /// Of knowledge in its form as bytes.
     ///
     /// # Errors
     /// A sentence, if the bytes are no knowledge.
     pub fn new(bytes: &[u8]) -> Result<Self, String> {
-        let (known, parameters) = knowledge::from_bytes(bytes).map_err(|e| e.to_string())?;
+        let (known, parameters) = from_bytes(bytes).map_err(|error| error.to_string())?;
         let limit = parameters.learning.amplitude_limit * f64::from(Activation::ONE) + 0.5;
+        // `as` saturates, and a staircase has no larger amplitude anyway.
+        let limit = Activation((limit as i32).clamp(0, Activation::LIMIT.0));
+        let fingerprint = Some(fingerprint(bytes));
+        Ok(Self {
+            fingerprint,
+            ..Self::of(&known, limit)
+        })
+    }
+
+    /// Of knowledge whose amplitudes stay within `limit`.
+    pub fn of(known: &Known, limit: Activation) -> Self {
         let patterns = known.patterns.elements().iter().map(|element| Pattern {
             code: element.code,
             occurrences: element.occurrences,
             last_occurrence: element.last_occurrence,
             phase: Some(element.memory.phase()),
         });
-        Ok(Self {
-            neurons: known.sensing.neurons,
-            // `as` saturates, and a staircase has no larger amplitude anyway.
-            limit: Activation((limit as i32).clamp(0, Activation::LIMIT.0)),
+        Self {
+            staircases: Staircases {
+                neurons: known.sensing.neurons,
+                limit,
+            },
             steps: known.steps,
             patterns: patterns.collect(),
-            fingerprint: Some(fingerprint(bytes)),
-        })
+            fingerprint: None,
+        }
     }
 
     /// The four staircases.
     pub fn neurons(&self) -> &[SensingNeuron; 4] {
-        &self.neurons
+        &self.staircases.neurons
     }
 
     /// The patterns, in no particular order.
@@ -87,6 +100,12 @@ impl Mirror {
     /// A pattern, if it is remembered.
     pub fn pattern(&self, code: PatternCode) -> Option<&Pattern> {
         self.patterns.iter().find(|pattern| pattern.code == code)
+    }
+
+    /// The turn that a pattern stands for, in degrees, positive to the left; `None` if it is unknown.
+    pub fn turn_deg(&self, code: PatternCode) -> Option<f64> {
+        let phase = self.pattern(code)?.phase?;
+        Some(f64::from(phase.0) / 1e6)
     }
 
     /// Steps made so far.
@@ -115,71 +134,83 @@ impl Mirror {
                     && mine.last_occurrence == theirs.last_occurrence
             })
         };
-        self.neurons == other.neurons
+        self.staircases == other.staircases
             && self.steps == other.steps
             && self.patterns.len() == other.patterns.len()
             && self.patterns.iter().all(same)
     }
 
-    /// Takes the next action of the rover whose knowledge this is.
+    /// Takes the next action of the robot whose knowledge this is. Also of an action that is not the
+    /// next one, or of other knowledge, all is taken that its record says.
     ///
     /// # Errors
-    /// [`Gap`] if it is not the next, or of other knowledge: then this is a mirror no more.
+    /// [`Gap`] if it is not the next: then this may differ from the knowledge.
     pub fn follow(&mut self, record: &StepRecord) -> Result<(), Gap> {
-        if record.step != self.steps {
-            return Err(Gap);
-        }
-        self.steps = self.steps.wrapping_add(1);
+        let next = record.step == self.steps;
+        self.steps = record.step.wrapping_add(1);
         self.fingerprint = None;
-        if let Some(learned) = &record.learned {
-            self.learn(learned)?;
-        }
-        match &record.perceived {
+        let learned = record
+            .learned
+            .map_or(Ok(()), |learned| self.learn(&learned));
+        let met = match &record.perceived {
             Some(perceived) => self.meet(perceived, record.step),
             None => Ok(()),
-        }
+        };
+        if next { learned.and(met) } else { Err(Gap) }
     }
 
     /// Takes what was learned from an action.
     ///
     /// # Errors
-    /// [`Gap`] if the pattern is not remembered here.
+    /// [`Gap`] if the pattern was not remembered here.
     pub fn learn(&mut self, learned: &Learned) -> Result<(), Gap> {
         self.fingerprint = None;
-        if let Some(change) = learned.staircase {
-            let neuron = &mut self.neurons[change.stimulus as usize];
-            neuron.shift(change.step, change.amount, self.limit);
+        if let Some(change) = &learned.staircase {
+            self.staircases.change(change);
         }
-        let pattern = self.pattern_mut(learned.code).ok_or(Gap)?;
-        pattern.phase = Some(learned.phase);
-        Ok(())
+        let known = self.pattern_mut(learned.code);
+        let missing = known.is_none();
+        match known {
+            Some(pattern) => pattern.phase = Some(learned.phase),
+            None => self.patterns.push(Pattern {
+                code: learned.code,
+                occurrences: 1,
+                last_occurrence: self.steps.saturating_sub(1),
+                phase: Some(learned.phase),
+            }),
+        }
+        if missing { Err(Gap) } else { Ok(()) }
     }
 
     fn meet(&mut self, perceived: &Perceived, step: u32) -> Result<(), Gap> {
+        let forgotten = match perceived.familiarity {
+            Familiarity::Replaced(forgotten) => {
+                let before = self.patterns.len();
+                self.patterns.retain(|pattern| pattern.code != forgotten);
+                self.patterns.len() < before
+            }
+            Familiarity::Known | Familiarity::New => true,
+        };
+        let remembered = perceived.familiarity == Familiarity::Known;
         let known = self.pattern_mut(perceived.code);
-        match (perceived.familiarity, known) {
-            (Familiarity::Known, Some(pattern)) => {
+        let expected = known.is_some() == remembered && forgotten;
+        match known {
+            Some(pattern) => {
                 pattern.occurrences = pattern.occurrences.saturating_add(1);
                 pattern.last_occurrence = step;
-                return Ok(());
             }
-            (Familiarity::Known, None) | (_, Some(_)) => return Err(Gap),
-            (Familiarity::New | Familiarity::Replaced(_), None) => {}
+            None => self.patterns.push(Pattern {
+                code: perceived.code,
+                occurrences: 1,
+                last_occurrence: step,
+                phase: None,
+            }),
         }
-        let new = Pattern {
-            code: perceived.code,
-            occurrences: 1,
-            last_occurrence: step,
-            phase: None,
-        };
-        if let Familiarity::Replaced(forgotten) = perceived.familiarity {
-            *self.pattern_mut(forgotten).ok_or(Gap)? = new;
-        } else if self.patterns.len() < CAPACITY {
-            self.patterns.push(new);
+        if expected && self.patterns.len() <= CAPACITY {
+            Ok(())
         } else {
-            return Err(Gap);
+            Err(Gap)
         }
-        Ok(())
     }
 
     fn pattern_mut(&mut self, code: PatternCode) -> Option<&mut Pattern> {

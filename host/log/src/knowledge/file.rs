@@ -1,8 +1,5 @@
 //! Knowledge files: `rover_shared::knowledge` bytes as they are, one file a robot.
 
-pub mod difference;
-pub mod summary;
-
 use std::path::Path;
 
 use rover_shared::knowledge::KnowledgeError;
