@@ -1,8 +1,7 @@
 //! `rover monitor`
 
-use std::io::{BufRead, IsTerminal, Write};
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -15,7 +14,7 @@ use crate::monitor::Feed;
 use crate::monitor::plain::Plain;
 use crate::monitor::player::Player;
 use crate::monitor::rover_feed::RoverFeed;
-use crate::monitor::terminal::{Input, Keyboard, Lines, Pacer, show, tell};
+use crate::monitor::terminal::{Input, Keyboard, Lines, Pacer, read_ahead, show, tell};
 use crate::monitor::view::Look;
 use rover_log::Log;
 use rover_log::recording::Recording;
@@ -56,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         return run_lines(feed, Lines::Json);
     }
-    if arguments.plain || !std::io::stdout().is_terminal() || is_dumb() {
+    if arguments.plain || !io::stdout().is_terminal() || is_dumb() {
         return run_lines(feed, Lines::Plain(Plain::new(every)));
     }
     let look = Look {
@@ -112,7 +111,7 @@ fn open_log(paths: &[PathBuf]) -> Result<Player, Failure> {
 
 fn run_lines(feed: &mut dyn Feed, made: Lines) -> Result<(), Failure> {
     let (interrupt, mut interrupted) = (Interrupt::listen()?, false);
-    let typed_ahead = typed_lines();
+    let typed_ahead = read_ahead(TYPED_AHEAD, read_line);
     let mut pacer = Pacer::new(feed.now());
     let waits = !feed.is_log();
     let mut typed = |now| {
@@ -122,14 +121,14 @@ fn run_lines(feed: &mut dyn Feed, made: Lines) -> Result<(), Failure> {
         if interrupt.is_set() && !std::mem::replace(&mut interrupted, true) {
             return Some(Input::Interrupt);
         }
-        typed_ahead.try_recv().ok().map(Input::Line)
+        typed_ahead.try_recv().ok()?.ok().map(Input::Line)
     };
     let mut failure = None;
     let mut write = |line: &str| {
-        match writeln!(std::io::stdout().lock(), "{line}") {
+        match writeln!(io::stdout().lock(), "{line}") {
             Ok(()) => true,
             // A closed pipe is no failure, but ends the watching.
-            Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => false,
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => false,
             Err(error) => {
                 failure = Some(Failure::from(error));
                 false
@@ -140,19 +139,13 @@ fn run_lines(feed: &mut dyn Feed, made: Lines) -> Result<(), Failure> {
     failure.map_or(Ok(()), Err)
 }
 
-/// Lines from stdin, read beside everything else.
-fn typed_lines() -> Receiver<String> {
-    let (sender, receiver) = sync_channel(TYPED_AHEAD);
-    // It ends with the process: nothing can wake a thread that waits for a line.
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines() {
-            let Ok(line) = line else { break };
-            if sender.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    receiver
+/// The next line of stdin.
+fn read_line() -> io::Result<String> {
+    let mut line = String::new();
+    match io::stdin().read_line(&mut line)? {
+        0 => Err(io::ErrorKind::UnexpectedEof.into()),
+        _ => Ok(line),
+    }
 }
 
 fn is_set(name: &str) -> bool {

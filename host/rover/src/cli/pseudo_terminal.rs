@@ -44,11 +44,11 @@ impl PseudoTerminal {
 
     /// Carries waiting bytes both ways.
     pub fn carry(&mut self, rover: &mut Emulation) {
-        self.feed(rover);
-        self.drain(rover);
+        self.port_to_rover(rover);
+        self.rover_to_port(rover);
     }
 
-    fn feed(&mut self, rover: &mut Emulation) {
+    fn port_to_rover(&mut self, rover: &mut Emulation) {
         let mut buffer = [0; CHUNK];
         match self.read(&mut buffer) {
             Ok(length) => {
@@ -79,7 +79,7 @@ impl PseudoTerminal {
         }
     }
 
-    fn drain(&mut self, rover: &mut Emulation) {
+    fn rover_to_port(&mut self, rover: &mut Emulation) {
         let mut buffer = [0; CHUNK];
         loop {
             let length = rover.receive(&mut buffer);

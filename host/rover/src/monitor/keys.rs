@@ -178,22 +178,19 @@ mod tests {
 
     #[test]
     fn every_key_of_a_rover_does_what_the_help_says() {
-        let command = |c| match char(c) {
-            Some(Meaning::Command(command)) => command,
-            other => panic!("{c}: {other:?}"),
-        };
-        assert_eq!(command(' '), Command::Disarm);
-        assert_eq!(command('d'), Command::Disarm);
-        assert_eq!(command('a'), Command::Arm);
-        assert_eq!(command('l'), Command::SetMode(Mode::Learn));
-        assert_eq!(command('r'), Command::SetMode(Mode::Run));
-        assert_eq!(command('i'), Command::SetMode(Mode::Idle));
-        assert_eq!(command('f'), Command::SetTask(Task::FollowDirection));
-        assert_eq!(
-            command('w'),
-            Command::SetTask(Task::FollowChangingDirection)
-        );
-        assert_eq!(command('s'), Command::StoreKnowledge);
+        for (key, command) in [
+            (' ', Command::Disarm),
+            ('d', Command::Disarm),
+            ('a', Command::Arm),
+            ('l', Command::SetMode(Mode::Learn)),
+            ('r', Command::SetMode(Mode::Run)),
+            ('i', Command::SetMode(Mode::Idle)),
+            ('f', Command::SetTask(Task::FollowDirection)),
+            ('w', Command::SetTask(Task::FollowChangingDirection)),
+            ('s', Command::StoreKnowledge),
+        ] {
+            assert_eq!(char(key), Some(Meaning::Command(command)), "{key}");
+        }
         let left = Meaning::Turn(Microdegrees::from_degrees(15));
         let right = Meaning::Turn(Microdegrees::from_degrees(-15));
         assert_eq!(live(KeyCode::Left), Some(left));
@@ -207,30 +204,27 @@ mod tests {
 
     #[test]
     fn a_log_is_played_and_takes_no_commands() {
-        let control = |code: KeyCode| match meaning(code.into(), true) {
-            Some(Meaning::Control(control)) => Some(control),
-            None => None,
-            other => panic!("{code}: {other:?}"),
-        };
-        assert_eq!(control(KeyCode::Char(' ')), Some(Control::PlayOrPause));
-        assert_eq!(control(KeyCode::Char('p')), Some(Control::PlayOrPause));
-        assert_eq!(control(KeyCode::Char('+')), Some(Control::Faster));
-        assert_eq!(control(KeyCode::Char('-')), Some(Control::Slower));
-        assert_eq!(control(KeyCode::Right), Some(Control::Actions(1)));
-        assert_eq!(control(KeyCode::Left), Some(Control::Actions(-1)));
-        assert_eq!(control(KeyCode::PageDown), Some(Control::Actions(20)));
-        assert_eq!(control(KeyCode::PageUp), Some(Control::Actions(-20)));
-        assert_eq!(control(KeyCode::Home), Some(Control::Start));
-        assert_eq!(control(KeyCode::Char('0')), Some(Control::Start));
-        assert_eq!(control(KeyCode::End), Some(Control::End));
-        assert_eq!(control(KeyCode::Char('$')), Some(Control::End));
-        for c in "adlrifwsg".chars() {
-            assert_eq!(control(KeyCode::Char(c)), None, "{c}");
+        let log = |code: KeyCode| meaning(code.into(), true);
+        for (code, control) in [
+            (KeyCode::Char(' '), Control::PlayOrPause),
+            (KeyCode::Char('p'), Control::PlayOrPause),
+            (KeyCode::Char('+'), Control::Faster),
+            (KeyCode::Char('-'), Control::Slower),
+            (KeyCode::Right, Control::Actions(1)),
+            (KeyCode::Left, Control::Actions(-1)),
+            (KeyCode::PageDown, Control::Actions(20)),
+            (KeyCode::PageUp, Control::Actions(-20)),
+            (KeyCode::Home, Control::Start),
+            (KeyCode::Char('0'), Control::Start),
+            (KeyCode::End, Control::End),
+            (KeyCode::Char('$'), Control::End),
+        ] {
+            assert_eq!(log(code), Some(Meaning::Control(control)), "{code}");
         }
-        assert_eq!(
-            meaning(KeyCode::Char('q').into(), true),
-            Some(Meaning::Quit)
-        );
+        for c in "adlrifwsg".chars() {
+            assert_eq!(log(KeyCode::Char(c)), None, "{c}");
+        }
+        assert_eq!(log(KeyCode::Char('q')), Some(Meaning::Quit));
     }
 
     #[test]

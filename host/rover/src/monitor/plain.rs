@@ -318,18 +318,9 @@ impl Topic {
     }
 }
 
-/// Words that may be typed for keys.
-const WORDS: [(&str, char); 10] = [
-    ("arm", 'a'),
-    ("disarm", 'd'),
-    ("learn", 'l'),
-    ("run", 'r'),
-    ("idle", 'i'),
-    ("fixed", 'f'),
-    ("wander", 'w'),
-    ("store", 's'),
-    ("quit", 'q'),
-    ("leave", 'Q'),
+/// Words that may be typed for the keys that are their first letters.
+const WORDS: [&str; 9] = [
+    "arm", "disarm", "learn", "run", "idle", "fixed", "wander", "store", "quit",
 ];
 
 /// Parses a typed line.
@@ -338,24 +329,24 @@ const WORDS: [(&str, char); 10] = [
 /// A sentence that says what may be typed.
 pub fn understand(line: &str) -> Result<Asked, String> {
     let words: Vec<_> = line.split_whitespace().collect();
+    let meant = |key: char| meaning(KeyCode::Char(key).into(), false).map(Asked::Do);
     let asked = match words[..] {
-        [] => Asked::Do(Meaning::Command(Command::Disarm)),
+        [] => meant('d'),
+        ["leave" | "Q"] => meant('Q'),
         ["direction" | "g", degrees] => {
-            Asked::Do(Meaning::Command(Command::SetDirection(direction(degrees)?)))
+            let command = Command::SetDirection(direction(degrees)?);
+            Some(Asked::Do(Meaning::Command(command)))
         }
-        ["status"] => Asked::Tell(Topic::Status),
-        ["patterns"] => Asked::Tell(Topic::Patterns),
-        ["staircases"] => Asked::Tell(Topic::Staircases),
-        ["help" | "?"] => Asked::Tell(Topic::Help),
-        _ => {
-            let mut words_of_keys = WORDS.iter();
-            let key = words_of_keys.find(|(word, key)| match words[..] {
-                [typed] => typed == *word || typed == key.to_string(),
-                _ => false,
-            });
-            let meaning = key.and_then(|(_, key)| meaning(KeyCode::Char(*key).into(), false));
-            Asked::Do(meaning.ok_or(format!("not understood; {HELP}"))?)
-        }
+        ["status"] => Some(Asked::Tell(Topic::Status)),
+        ["patterns"] => Some(Asked::Tell(Topic::Patterns)),
+        ["staircases"] => Some(Asked::Tell(Topic::Staircases)),
+        ["help" | "?"] => Some(Asked::Tell(Topic::Help)),
+        [typed] => WORDS
+            .iter()
+            .find(|word| typed == **word || typed == &word[..1])
+            .and_then(|word| word.chars().next())
+            .and_then(meant),
+        _ => None,
     };
-    Ok(asked)
+    asked.ok_or_else(|| format!("not understood; {HELP}"))
 }

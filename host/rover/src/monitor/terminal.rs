@@ -130,24 +130,35 @@ pub struct Keyboard(Receiver<io::Result<KeyEvent>>);
 /// Keys pressed ahead that are kept.
 const PRESSED_AHEAD: usize = 64;
 
+/// Reads inputs in a thread of its own, at most `ahead` in advance. The thread ends with the process:
+/// nothing can wake one that waits for a key or a line.
+pub fn read_ahead<T: Send + 'static>(
+    ahead: usize,
+    mut read: impl FnMut() -> io::Result<T> + Send + 'static,
+) -> Receiver<io::Result<T>> {
+    let (sender, inputs) = sync_channel(ahead);
+    std::thread::spawn(move || {
+        loop {
+            let input = read();
+            let failed = input.is_err();
+            if sender.send(input).is_err() || failed {
+                break;
+            }
+        }
+    });
+    inputs
+}
+
 impl Keyboard {
-    /// Begins to read keys. It ends with the process: nothing can wake a thread that waits for a key.
+    /// Begins to read keys.
     pub fn listen() -> Self {
-        let (sender, keys) = sync_channel(PRESSED_AHEAD);
-        std::thread::spawn(move || {
+        Self(read_ahead(PRESSED_AHEAD, || {
             loop {
-                let key = match event::read() {
-                    Ok(Event::Key(key)) => Ok(key),
-                    Ok(_) => continue,
-                    Err(error) => Err(error),
-                };
-                let failed = key.is_err();
-                if sender.send(key).is_err() || failed {
-                    break;
+                if let Event::Key(key) = event::read()? {
+                    return Ok(key);
                 }
             }
-        });
-        Self(keys)
+        }))
     }
 
     /// The next key; `None` if none waits.
