@@ -274,7 +274,10 @@ fn a_program_that_is_not_the_firmware_is_told() {
         .output()
         .unwrap();
     let error = failed(&output, 1);
-    assert!(error.contains("does not say which board it is for"), "{error}");
+    assert!(
+        error.contains("does not say which board it is for"),
+        "{error}"
+    );
 }
 
 #[test]

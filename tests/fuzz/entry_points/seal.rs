@@ -49,7 +49,7 @@ pub fn knowledge(bytes: &[u8]) -> Vec<u8> {
     sealed
 }
 
-/// MCAP with the checksums of its chunks and attachments put right, as far as its records follow
+/// MCAP with the checksums of its chunks, its attachments and all its data put right, as far as its records follow
 /// each other. (<https://mcap.dev/spec>: a record is its kind, its length and its content.)
 pub fn log(bytes: &[u8]) -> Vec<u8> {
     const MAGIC: usize = 8;
@@ -71,14 +71,19 @@ pub fn log(bytes: &[u8]) -> Vec<u8> {
         else {
             break;
         };
-        let Some(content) = sealed.get_mut(start..end) else {
+        let Some((before, record)) = sealed
+            .get_mut(..end)
+            .and_then(|all| all.split_at_mut_checked(at))
+        else {
             break;
         };
+        let content = &mut record[HEAD..];
         match kind {
             CHUNK => chunk(content),
             ATTACHMENT => attachment(content),
-            // Not calculated.
-            DATA_END => content.fill(0),
+            DATA_END if content.len() == 4 => {
+                content.copy_from_slice(&CRC.checksum(before).to_le_bytes());
+            }
             _ => {}
         }
         at = end;
