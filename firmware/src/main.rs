@@ -51,12 +51,10 @@ use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_rp::clocks::RoscRng;
 use embassy_rp::watchdog::Watchdog;
 use embassy_time::Duration;
-use rover_shared::knowledge::Knowledge;
-use rover_shared::learning::paper_rule::MotorWeights;
 use rover_shared::motion::Motion;
 use rover_shared::parameters::{Coefficients, Parameters};
 use rover_shared::random::condensed;
-use rover_shared::rover::{Rover, Staging};
+use rover_shared::rover::{Rover, RoverKnowledge, Staging};
 use static_cell::{ConstStaticCell, StaticCell};
 
 use board::Parts;
@@ -122,8 +120,7 @@ fn spawn<S>(spawner: Spawner, name: &str, task: Result<SpawnToken<S>, SpawnError
 /// The rover, with untrained knowledge and a seed from the oscillator's noise.
 fn rover() -> &'static RefCell<Rover<'static>> {
     // All zeros, so they take no room in the flash.
-    static KNOWLEDGE: ConstStaticCell<Knowledge<MotorWeights>> =
-        ConstStaticCell::new(Knowledge::EMPTY);
+    static KNOWLEDGE: ConstStaticCell<RoverKnowledge> = ConstStaticCell::new(RoverKnowledge::EMPTY);
     static STAGING: ConstStaticCell<Staging> = ConstStaticCell::new(Staging::EMPTY);
     static ROVER: StaticCell<RefCell<Rover<'static>>> = StaticCell::new();
     let seed = condensed((0..NOISE).map(|_| RoscRng::next_u8()));

@@ -22,7 +22,7 @@ const TURNS: [i32; 4] = [-60, -20, 20, 60];
 
 /// The mean reward difference of each turn, in thousandths of reward.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Values([i32; 4]);
+pub struct Values([i16; 4]);
 
 impl Values {
     fn best(&self) -> usize {
@@ -31,29 +31,30 @@ impl Values {
 }
 
 impl Memory for Values {
-    const SIZE: usize = 16;
+    const SIZE: usize = 8;
 
     fn phase(&self) -> Microdegrees {
         Microdegrees::from_degrees(TURNS[self.best()])
     }
 
     fn write(&self, bytes: &mut [u8]) {
-        for (bytes, value) in bytes.chunks_exact_mut(4).zip(self.0) {
+        for (bytes, value) in bytes.chunks_exact_mut(2).zip(self.0) {
             bytes.copy_from_slice(&value.to_le_bytes());
         }
     }
 
     fn read(bytes: &[u8]) -> Option<Self> {
         let mut values = [0; 4];
-        for (value, bytes) in values.iter_mut().zip(bytes.chunks_exact(4)) {
-            *value = i32::from_le_bytes(bytes.try_into().ok()?);
+        for (value, bytes) in values.iter_mut().zip(bytes.chunks_exact(2)) {
+            *value = i16::from_le_bytes(bytes.try_into().ok()?);
         }
         Some(Self(values))
     }
 }
 
 /// Tries one turn in four at random, and averages what each turn was worth.
-struct FourTurns;
+#[derive(Clone, Copy, Default)]
+pub struct FourTurns;
 
 impl LearningRule for FourTurns {
     type Memory = Values;
@@ -98,7 +99,9 @@ impl LearningRule for FourTurns {
         let tried = TURNS
             .iter()
             .position(|&turn| Microdegrees::from_degrees(turn) == transition.action.phase)?;
-        values.0[tried] += (gain - values.0[tried]) / 4;
+        let value = i32::from(values.0[tried]);
+        let value = (value + (gain - value) / 4).clamp(i16::MIN.into(), i16::MAX.into());
+        values.0[tried] = value as i16;
         // A failure changes the staircases, ever less, until different percepts are different
         // patterns.
         sensing.width = ((u64::from(sensing.width) * u64::from(c.sensing_ageing)) >> 32) as u32;
