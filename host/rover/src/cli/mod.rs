@@ -57,7 +57,7 @@ use port::PortAndFormat;
 
 /// A rover that perceives by growing Turing patterns.
 #[derive(Debug, Parser)]
-#[command(name = "rover", version, about, max_term_width = 100)]
+#[command(name = "rover", version, max_term_width = 100)]
 #[command(after_help = "Start with:  rover learn")]
 struct Arguments {
     #[command(subcommand)]
