@@ -127,6 +127,21 @@ mod tests {
     }
 
     #[test]
+    fn the_sniffer_calculates_the_checksum_of_what_is_copied() {
+        let mut bus = copying(63, RAM);
+        // Enabled, of channel 0, CRC-32 reversed; the result reversed and inverted.
+        write(&mut bus, DMA + 0x434, 1 | 1 << 5 | 1 << 10 | 1 << 11);
+        write(&mut bus, DMA + 0x438, !0);
+        let control = bus.read32(DMA + 0xc).expect("a register");
+        write(&mut bus, DMA + 8, 2);
+        write(&mut bus, DMA + 0xc, control | 1 << 23);
+        look(&mut bus, 1);
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+        let expected = crc.checksum(&[0x22, 0x22, 0x11, 0x11, 0x44, 0x44, 0x33, 0x33]);
+        assert_eq!(bus.read32(DMA + 0x438), Ok(expected));
+    }
+
+    #[test]
     fn what_the_bus_refuses_halts_the_channel() {
         for from in [0x3000_0000, RAM + 2] {
             let mut bus = copying(63, from);

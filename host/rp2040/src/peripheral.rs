@@ -87,7 +87,7 @@ pub trait Peripheral {
         None
     }
 
-    /// Lets happen what is due by now.
+    /// Does what is due by now.
     fn advance(&mut self, _now: Cycles) {}
 }
 

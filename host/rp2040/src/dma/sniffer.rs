@@ -105,22 +105,25 @@ fn crc16(state: u32, data: u32, size: Size, reversed: bool) -> u32 {
 mod tests {
     use super::*;
 
-    /// What of "123456789" (and three zeros where words need them) comes out.
-    fn sniffed(calc: u32, seed: u32, size: Size, output: u32) -> u32 {
-        let mut sniffer = Sniffer::default();
-        sniffer.set_control(EN | 5 << DMACH_SHIFT | calc << CALC_SHIFT | output);
-        sniffer.seed(seed);
-        let transfer = Transfer {
+    fn transfer(size: Size) -> Transfer {
+        Transfer {
             channel: 5,
             from: 0,
             to: 0,
             size,
             byte_swap: false,
-        };
-        for part in b"123456789".chunks(size.bytes() as usize) {
+        }
+    }
+
+    /// The checksum of this text, moved in parts of this size.
+    fn sniffed(calc: u32, seed: u32, size: Size, output: u32, text: &[u8]) -> u32 {
+        let mut sniffer = Sniffer::default();
+        sniffer.set_control(EN | 5 << DMACH_SHIFT | calc << CALC_SHIFT | output);
+        sniffer.seed(seed);
+        for part in text.chunks(size.bytes() as usize) {
             let mut word = [0; 4];
             word[..part.len()].copy_from_slice(part);
-            sniffer.observe(&transfer, true, u32::from_le_bytes(word));
+            sniffer.observe(&transfer(size), true, u32::from_le_bytes(word));
         }
         sniffer.result()
     }
@@ -128,60 +131,35 @@ mod tests {
     #[test]
     fn checksums_have_their_published_check_values() {
         let reversed = OUT_REV | OUT_INV;
-        let byte = Size::Byte;
-        // CRC-32/ISO-HDLC, CRC-32/BZIP2, CRC-16/XMODEM, and plain sums
-        assert_eq!(
-            sniffed(calc::CRC32_REVERSED, !0, byte, reversed),
-            0xcbf4_3926
-        );
-        assert_eq!(sniffed(calc::CRC32, !0, byte, OUT_INV), 0xfc89_1918);
-        assert_eq!(sniffed(calc::CRC16, 0, byte, 0), 0x31c3);
-        // CRC-16/KERMIT comes out in the upper half when reversed.
-        assert_eq!(
-            sniffed(calc::CRC16_REVERSED, 0, byte, OUT_REV),
-            0x2189 << 16
-        );
-        assert_eq!(sniffed(calc::SUM, 1, byte, 0), 478);
-        assert_eq!(sniffed(calc::EVEN, 0, byte, 0), 1);
+        for (calc, seed, output, result) in [
+            (calc::CRC32_REVERSED, !0, reversed, 0xcbf4_3926), // CRC-32/ISO-HDLC
+            (calc::CRC32, !0, OUT_INV, 0xfc89_1918),           // CRC-32/BZIP2
+            (calc::CRC16, 0, 0, 0x31c3),                       // CRC-16/XMODEM
+            // CRC-16/KERMIT comes out in the upper half when reversed.
+            (calc::CRC16_REVERSED, 0, OUT_REV, 0x2189 << 16),
+            (calc::SUM, 1, 0, 478),
+            (calc::EVEN, 0, 0, 1),
+        ] {
+            let sniffed = sniffed(calc, seed, Size::Byte, output, b"123456789");
+            assert_eq!(sniffed, result, "{calc}");
+        }
     }
 
     #[test]
     fn the_width_of_the_transfers_does_not_matter() {
-        let reversed = OUT_REV | OUT_INV;
-        let crc = |size| {
-            let mut sniffer = Sniffer::default();
-            sniffer.set_control(EN | calc::CRC32_REVERSED << CALC_SHIFT | reversed);
-            sniffer.seed(!0);
-            let transfer = Transfer {
-                channel: 0,
-                from: 0,
-                to: 0,
-                size,
-                byte_swap: false,
-            };
-            for part in b"12345678".chunks(size.bytes() as usize) {
-                let mut word = [0; 4];
-                word[..part.len()].copy_from_slice(part);
-                sniffer.observe(&transfer, true, u32::from_le_bytes(word));
-            }
-            sniffer.result()
-        };
-        assert_eq!(crc(Size::Byte), 0x9ae0_daaf);
-        assert_eq!(crc(Size::Halfword), crc(Size::Byte));
-        assert_eq!(crc(Size::Word), crc(Size::Byte));
+        for size in [Size::Byte, Size::Halfword, Size::Word] {
+            let output = OUT_REV | OUT_INV;
+            let crc = sniffed(calc::CRC32_REVERSED, !0, size, output, b"12345678");
+            assert_eq!(crc, 0x9ae0_daaf, "{size:?}");
+        }
     }
 
     #[test]
     fn only_the_channel_set_is_sniffed() {
         let mut sniffer = Sniffer::default();
         sniffer.set_control(EN | 5 << DMACH_SHIFT | calc::SUM << CALC_SHIFT);
-        let mut transfer = Transfer {
-            channel: 4,
-            from: 0,
-            to: 0,
-            size: Size::Word,
-            byte_swap: false,
-        };
+        let mut transfer = transfer(Size::Word);
+        transfer.channel = 4;
         sniffer.observe(&transfer, true, 7);
         transfer.channel = 5;
         sniffer.observe(&transfer, false, 7);

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::bus::{Bus, I2cDevice, LineFault, Lines};
 use super::registers::*;
-use super::settings::{Settings, con};
+use super::settings::{DMA_RDLR, DMA_TDLR, INTR_MASK, RX_TL, Settings, TX_TL, con};
 use super::step::{Command, Step};
 use crate::peripheral::{Cycles, Peripheral, Write, flag};
 
@@ -117,26 +117,26 @@ impl I2c {
     /// Whether the transmit FIFO asks the DMA controller for a transfer.
     pub fn transmit_request(&self) -> bool {
         let level = self.transmit.len() as u32;
-        self.enabled && self.settings.dma_transmits() && level <= self.settings.dma_tdlr
+        self.enabled && self.settings.dma_transmits() && level <= self.settings.read(DMA_TDLR)
     }
 
     /// Whether the receive FIFO asks the DMA controller for a transfer.
     pub fn receive_request(&self) -> bool {
         let level = self.receive.len() as u32;
-        self.settings.dma_receives() && level > self.settings.dma_rdlr
+        self.settings.dma_receives() && level > self.settings.read(DMA_RDLR)
     }
 
     /// The level of its interrupt line.
     pub fn line(&self) -> bool {
-        self.raw_interrupts() & self.settings.intr_mask != 0
+        self.raw_interrupts() & self.settings.read(INTR_MASK) != 0
     }
 
     /// IC_RAW_INTR_STAT.
     pub(super) fn raw_interrupts(&self) -> u32 {
-        let few_to_send = self.transmit.len() as u32 <= self.settings.tx_tl;
+        let few_to_send = self.transmit.len() as u32 <= self.settings.read(TX_TL);
         let waits_for_the_byte = self.settings.has(con::TX_EMPTY_CTRL) && self.step.sends();
         let tx_empty = self.enabled && few_to_send && !waits_for_the_byte;
-        let rx_full = self.receive.len() as u32 > self.settings.rx_tl;
+        let rx_full = self.receive.len() as u32 > self.settings.read(RX_TL);
         self.raised | flag(tx_empty, interrupt::TX_EMPTY) | flag(rx_full, interrupt::RX_FULL)
     }
 
@@ -219,7 +219,7 @@ impl Peripheral for I2c {
         self.advance(now);
         match offset {
             DATA_CMD => self.pop(now),
-            INTR_STAT => self.raw_interrupts() & self.settings.intr_mask,
+            INTR_STAT => self.raw_interrupts() & self.settings.read(INTR_MASK),
             RAW_INTR_STAT => self.raw_interrupts(),
             CLR_INTR => self.clear(!interrupt::ACTIVITY | self.activity()),
             CLR_RX_UNDER => self.clear(interrupt::RX_UNDER),

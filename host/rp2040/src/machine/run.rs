@@ -15,8 +15,8 @@ impl Machine {
     }
 
     /// Runs the machine until something may have changed outside of the core, and at most until this
-    /// moment: a register was written, or a peripheral did something by itself. Whoever looks at the
-    /// pins after each such stretch sees every change of them when it happens.
+    /// moment: a register was written, or a peripheral did something by itself. Reading the pins
+    /// after each such stretch shows every change of them when it happens.
     pub fn run_to_event(&mut self, until: Cycles) {
         if !self.powered {
             self.bus.now = self.bus.now.max(until);

@@ -344,6 +344,22 @@ fn the_program_reads_the_voltages_on_the_converters_inputs() {
 }
 
 #[test]
+fn a_program_uses_an_interpolator() {
+    // MOV R1, PC; LDR R0, [R1, #20] (INTERP0); LDR R3, [R1, #24] (MASK_MSB 31); MOVS R2, #5;
+    // STR R2, [R0, #8] (BASE0); STR R3, [R0, #0x2c] (CTRL_LANE0); LDR R4 to R6, [R0, #0x14]
+    // (POP_LANE0); B .; NOP; NOP
+    let code = [
+        0x4679, 0x6948, 0x698b, 0x2205, 0x6082, 0x62c3, 0x6944, 0x6945, 0x6946, 0xe7fe, 0xbf00,
+        0xbf00, // table at 24
+        0x0080, 0xd000, 0x7c00, 0x0000,
+    ];
+    let mut machine = machine(&code);
+    machine.run_until(STARTED);
+    let popped = [4, 5, 6].map(|register| machine.core().registers().get(register));
+    assert_eq!(popped, [5, 10, 15]);
+}
+
+#[test]
 fn outputs_are_seen_when_they_change() {
     // MOV R1, PC; LDR R0, [R1, #16] (SIO); MOVS R2, #8; STR R2, [R0, #0x24] (GPIO_OE_SET);
     // STR R2, [R0, #0x1c] (GPIO_OUT_XOR); MOVS R3, #0; SUBS R3, #1; B to STR; (nop)

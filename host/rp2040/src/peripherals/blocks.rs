@@ -323,7 +323,7 @@ impl Peripherals {
         events.into_iter().flatten().min()
     }
 
-    /// Lets happen what is due by now.
+    /// Does what is due by now.
     pub fn advance(&mut self, now: Cycles) {
         self.timer.advance(now);
         self.pwm.advance(now);

@@ -45,8 +45,7 @@ impl Transaction {
     }
 }
 
-/// When a transaction with so many bytes of data ends that can begin at `start`: it lies within a
-/// frame.
+/// When a transaction with this much data ends that can begin at `start`: it lies within a frame.
 pub(super) fn end(start: Cycles, first_frame: Cycles, bytes: usize) -> Cycles {
     let lasts = (bytes + OVERHEAD) as Cycles * CYCLES_PER_THREE_BYTES / 3;
     let frame = start - start.saturating_sub(first_frame) % FRAME;

@@ -94,7 +94,7 @@ impl Usb {
     /// the port is closed.
     pub fn set_dtr(&mut self, on: bool, now: Cycles) {
         self.advance(now);
-        self.host.set_dtr(on);
+        self.host.dtr = on;
         self.settle(now);
     }
 
@@ -102,7 +102,7 @@ impl Usb {
     /// open or not. While it does not, the device's packet waits in its buffer.
     pub fn set_reading(&mut self, on: bool, now: Cycles) {
         self.advance(now);
-        self.host.set_reading(on);
+        self.host.reading = on;
         self.settle(now);
     }
 
@@ -117,21 +117,21 @@ impl Usb {
 
     /// Bytes queued that the device has not taken yet.
     pub fn unsent(&self) -> usize {
-        self.host.unsent()
+        self.host.sending.len()
     }
 
     /// Takes all bytes that have come from the device. At 65536 the host asks for no more until they
     /// are fetched.
     pub fn receive(&mut self, now: Cycles) -> Vec<u8> {
         self.advance(now);
-        let bytes = self.host.receive();
+        let bytes = std::mem::take(&mut self.host.received);
         self.settle(now);
         bytes
     }
 
     /// Whether bytes have come that were not taken.
     pub fn has_received(&self) -> bool {
-        self.host.has_received()
+        !self.host.received.is_empty()
     }
 
     /// What the host sees of the device.
@@ -146,7 +146,7 @@ impl Usb {
 
     /// What has happened.
     pub fn counters(&self) -> Counters {
-        self.host.counters()
+        self.host.counters
     }
 
     /// After something has changed.

@@ -2,7 +2,7 @@
 
 use super::enumeration::EnumerationError;
 
-/// What the host sees of the board.
+/// What the host sees of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// The cable is not plugged in.

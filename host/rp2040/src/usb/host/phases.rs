@@ -50,11 +50,11 @@ pub(in crate::usb) struct Host {
     /// When frame 0 began.
     pub(super) first_frame: Cycles,
     pub(super) frames_seen: u64,
-    pub(super) dtr: bool,
-    pub(super) reading: bool,
-    pub(super) sending: VecDeque<u8>,
-    pub(super) received: Vec<u8>,
-    pub(super) counters: Counters,
+    pub(in crate::usb) dtr: bool,
+    pub(in crate::usb) reading: bool,
+    pub(in crate::usb) sending: VecDeque<u8>,
+    pub(in crate::usb) received: Vec<u8>,
+    pub(in crate::usb) counters: Counters,
 }
 
 impl Host {
@@ -117,14 +117,6 @@ impl Host {
         can
     }
 
-    pub(in crate::usb) fn set_dtr(&mut self, on: bool) {
-        self.dtr = on;
-    }
-
-    pub(in crate::usb) fn set_reading(&mut self, on: bool) {
-        self.reading = on;
-    }
-
     pub(in crate::usb) fn send(&mut self, bytes: &[u8]) -> usize {
         if self.connection.is_none() {
             return 0;
@@ -133,18 +125,6 @@ impl Host {
         let accepted = bytes.len().min(room);
         self.sending.extend(&bytes[..accepted]);
         accepted
-    }
-
-    pub(in crate::usb) fn unsent(&self) -> usize {
-        self.sending.len()
-    }
-
-    pub(in crate::usb) fn receive(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.received)
-    }
-
-    pub(in crate::usb) fn has_received(&self) -> bool {
-        !self.received.is_empty()
     }
 
     pub(in crate::usb) fn state(&self) -> State {
@@ -164,10 +144,6 @@ impl Host {
 
     pub(in crate::usb) fn description(&self) -> Option<&Description> {
         self.connection.map(|_| self.enumeration.description())
-    }
-
-    pub(in crate::usb) fn counters(&self) -> Counters {
-        self.counters
     }
 
     // What the device's pull-up does.
@@ -214,7 +190,7 @@ impl Host {
         [ends, self.timer, limit].into_iter().flatten().min()
     }
 
-    /// Lets happen what happens at that time.
+    /// Does what is due at that time.
     pub(in crate::usb) fn event(&mut self, controller: &mut Controller, now: Cycles) {
         let ended = self.pending.take_if(|(ends, _)| *ends <= now);
         if let Some((_, transaction)) = ended {

@@ -227,11 +227,7 @@ fn a_board_that_resets_is_found_again() {
     assert_eq!(board.usb.counters().unsent, 500);
     board.driver = Driver::start(&mut board.usb, board.now);
     board.run(500 * MILLISECOND);
-    assert_eq!(
-        board.usb.state(),
-        CLOSED,
-        "whoever had it open opens it again"
-    );
+    assert_eq!(board.usb.state(), CLOSED, "the port has to be opened again");
     assert_eq!(board.usb.counters().connections, 2);
 }
 
