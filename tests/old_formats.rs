@@ -17,7 +17,7 @@ use formats::{contents, logs};
 use json_schema::validate;
 use mcap::WriteOptions;
 use rewrite::{rewrite, rewrite_with};
-use rover_figure::recording::Recording as Drawn;
+use rover_figure::Recording as Drawn;
 use rover_log::recording::{Recording, Topic, What};
 use rover_log::replay::{self, Replayed};
 use rover_log::replayable::Sessions;
@@ -31,8 +31,8 @@ fn replayed(files: &[Vec<u8>]) -> Replayed {
 
 #[test]
 fn old_logs_replay_to_the_same_bits() {
-    let counts = logs().iter().map(|files| {
-        let replayed = replayed(files);
+    let counts = logs().into_iter().map(|files| {
+        let replayed = replayed(&files);
         assert_eq!(replayed.difference, None);
         assert!(replayed.complete, "{replayed:?}");
         (replayed.sessions, replayed.trials, replayed.steps)
