@@ -69,7 +69,7 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Begins to write what is to become `path`.
+    /// Begins a file that replaces `path` when it is complete.
     ///
     /// # Errors
     /// If nothing can be written beside `path`.

@@ -1,5 +1,4 @@
-//! Recording a rover while it is heard: what `rover record` does, for every program that talks to
-//! a rover.
+//! Recording a rover while a program talks to it.
 
 use std::collections::VecDeque;
 
@@ -15,13 +14,13 @@ use rover_simulator::arena::{Pose, Scenario};
 
 /// How often the rover's state is asked for, and recorded.
 const STATUS_EVERY: Duration = Duration::from_millis(10_000);
-/// How long after the end of a drive the rover may still have something to say of it.
+/// How long after the end of a drive the rover may still send reports of it.
 const LAST_WORD: Duration = Duration::from_millis(200);
 
 /// Why a recording stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The rover cannot be heard; [`Recorder::reconnect`] may help.
+    /// The connection failed; [`Recorder::reconnect`] may help.
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The recording cannot be written.
@@ -29,7 +28,7 @@ pub enum RecordError {
     Write(#[from] WriteError),
 }
 
-/// What an emulated rover's surroundings know and the rover itself does not.
+/// What an emulation knows and its rover does not.
 pub trait Truth {
     /// Where the rover was switched on, and what stands around it.
     fn scenario(&self) -> Scenario;
@@ -39,15 +38,15 @@ pub trait Truth {
     fn pose_at(&self, rover_time: Instant) -> Option<Pose>;
 }
 
-/// Records what a rover says.
+/// Records a rover's reports.
 pub struct Recorder {
     client: Client,
     truth: Option<Box<dyn Truth>>,
     log: RecordingWriter,
     asked: Instant,
-    /// What was said and written while the knowledge was pulled.
+    /// Reports that arrived, and were written, while knowledge was pulled.
     heard: VecDeque<Received>,
-    /// The knowledge is to be pulled when it can be.
+    /// Knowledge is to be pulled as soon as the rover allows it.
     pull: bool,
 }
 
@@ -56,7 +55,7 @@ impl Recorder {
     /// emulated rover also with its arena.
     ///
     /// # Errors
-    /// It cannot be heard, or nothing can be written.
+    /// The connection or the file failed.
     pub fn begin(
         mut client: Client,
         truth: Option<Box<dyn Truth>>,
@@ -91,11 +90,10 @@ impl Recorder {
         &mut self.client
     }
 
-    /// The next thing that the rover says, which has been written; `None` if it said nothing within
-    /// `patience`.
+    /// The next report, which has been written; `None` if none came within `patience`.
     ///
     /// # Errors
-    /// The rover cannot be heard any more, or nothing can be written.
+    /// The connection or the file failed.
     pub fn next(&mut self, patience: Duration) -> Result<Option<Received>, RecordError> {
         let now = self.client.now();
         self.log.tick(now)?;
@@ -117,8 +115,8 @@ impl Recorder {
         Ok(next)
     }
 
-    /// Writes what was heard, and before it the commands that it may be the answer to, and before an
-    /// action where an emulated rover was.
+    /// Writes a report; before it the commands that it may answer, and before an action where an
+    /// emulated rover was.
     fn write(&mut self, received: &Received) -> Result<(), WriteError> {
         self.write_commands()?;
         if let Report::Action(action) = &received.report
@@ -149,7 +147,7 @@ impl Recorder {
         give_up: &dyn Fn() -> bool,
     ) -> Result<(), RecordError> {
         self.log.gap(self.client.now(), &why.to_string())?;
-        // What was heard is safe, however long it takes.
+        // What has arrived is safe, however long it takes.
         self.log.flush()?;
         let until = self.client.now().after(patience);
         loop {
@@ -162,11 +160,11 @@ impl Recorder {
         }
     }
 
-    /// Ends the recording with what the rover knows, if it does not drive; what it still says goes
-    /// to `hear` as well.
+    /// Ends the recording with what the rover knows, if it does not drive; its last reports are passed
+    /// to `hear` too.
     ///
     /// # Errors
-    /// Nothing can be written. That the rover cannot be heard any more is no error.
+    /// The file cannot be written. A connection that failed is no error.
     pub fn finish(mut self, mut hear: impl FnMut(&Received)) -> Result<Written, WriteError> {
         self.pull = true;
         let until = self.client.now().after(LAST_WORD);
@@ -185,7 +183,7 @@ impl Recorder {
         self.log.finish(self.client.counters())
     }
 
-    /// Asks for what is not said unasked.
+    /// Asks for state and knowledge, which are not reported unasked.
     fn look(&mut self) -> Result<(), RecordError> {
         self.asked = self.client.now();
         self.ask()?;
@@ -193,8 +191,8 @@ impl Recorder {
         self.pull()
     }
 
-    /// Has the rover tell its state. One that is silent for a while is no reason to stop: if it
-    /// hangs, its watchdog resets it, and the port is lost.
+    /// Asks for the rover's state. Silence is no reason to stop: a rover that hangs is reset by its
+    /// watchdog, and the port is lost.
     fn ask(&mut self) -> Result<(), RecordError> {
         match self.client.status() {
             Ok(_) | Err(LinkError::Silent(_)) => Ok(()),
@@ -209,14 +207,14 @@ impl Recorder {
         self.client.keep_answers(true);
         match pulled {
             Ok(bytes) => {
-                // What was said before is written before.
+                // What arrived before is written before.
                 while let Some(received) = self.client.next(Duration::ZERO)? {
                     self.write(&received)?;
                     self.heard.push_back(received);
                 }
                 Ok(self.log.knowledge(self.client.now(), &bytes)?)
             }
-            // While it drives, it can be had when it stops.
+            // Refused while it drives: asked for again when it stops.
             Err(LinkError::Refused {
                 refusal: Refusal::Armed | Refusal::KnowledgeInvalid,
                 ..

@@ -223,11 +223,11 @@ struct Assembler<'a> {
     recording: &'a Recording,
     sessions: Vec<Session>,
     open: Option<Session>,
-    /// The direction to follow, as far as it was heard.
+    /// The direction to follow, if it was reported.
     direction: Option<Microdegrees>,
     /// Something happened since the last action that keeps it from being learned from.
     interrupted: bool,
-    /// Reports that the rover had dropped when it was last heard.
+    /// Reports that the rover had dropped, by its last count.
     dropped: Option<u32>,
     /// Where it was, if that is known.
     truth: Option<Truth>,
@@ -255,7 +255,7 @@ impl Assembler<'_> {
             }
             What::Knowledge(pulled) => self.known(pulled.fingerprint),
             What::Truth(truth) => self.truth = Some(*truth),
-            // Whether it was obeyed is what the rover says.
+            // Whether it was obeyed follows from the reports.
             What::Command(_) => {}
             What::Gap(gap) => {
                 self.dropped = None;
@@ -272,7 +272,7 @@ impl Assembler<'_> {
             }
             Report::Status(status) => {
                 self.count(number, &status.counters);
-                // A recording may begin while nobody drives, and a state may have changed unheard.
+                // A recording may begin in any state, and a change may have been lost.
                 self.state(status.state);
             }
             Report::Fault(fault) if fault.fault == Fault::QueueFull => {

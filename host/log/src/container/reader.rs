@@ -205,7 +205,7 @@ fn unpack(content: &[u8], at: usize) -> Result<Cow<'_, [u8]>, ReadError> {
     Ok(records)
 }
 
-/// What a chunk of this length becomes, if it becomes just that.
+/// Unpacked records, if they have this length.
 fn read_packed(decoder: impl Read, length: u64) -> Option<Vec<u8>> {
     if length > LONGEST_CHUNK {
         return None;

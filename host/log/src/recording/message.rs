@@ -30,14 +30,14 @@ pub struct Provenance {
     pub follows: Option<u32>,
 }
 
-/// Something that the rover said, and how it came.
+/// A report, and how it came.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Heard<T> {
     /// The number of its frame, counted from 0 after each hello; it wraps.
     pub frame: u16,
     /// Frames missing between the one recorded before and this one.
     pub lost_before: u32,
-    /// What was said.
+    /// The report.
     #[serde(flatten)]
     pub message: T,
 }
@@ -60,13 +60,13 @@ pub struct Pulled {
     pub length_bytes: u32,
 }
 
-/// What the host asked for.
+/// A command of the host.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Asked {
     /// The number of its frame, which its acknowledgement names.
     pub sequence: u16,
-    /// What was asked for.
+    /// The command.
     pub command: Command,
 }
 
@@ -80,7 +80,7 @@ pub struct Truth {
     pub pose: LoggedPose,
 }
 
-/// What the rover said for a while is missing.
+/// Reports are missing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Gap {
@@ -166,7 +166,7 @@ impl Topic {
     }
 }
 
-/// The schema of something heard, described as what was said.
+/// The schema of a report with its frame, described as the report is.
 fn heard<T: JsonSchema>(title: &str) -> Schema {
     let mut schema = schema::of::<Heard<T>>(title);
     if let Some(description) = schema::of::<T>(title).remove("description") {

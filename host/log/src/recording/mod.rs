@@ -1,4 +1,4 @@
-//! Recordings: logs of a rover, real or emulated, as it was heard over its port.
+//! Recordings: logs of what came over a rover's port, real or emulated.
 //!
 //! | part | holds |
 //! |---|---|
@@ -8,7 +8,7 @@
 //! | channels `/truth`, `/arena` | of an emulated rover only, which does not know it itself: where it was before an action ([`Truth`]), and in what arena ([`Arena`](super::arena::Arena)) |
 //! | attachments `knowledge-FINGERPRINT.rover` | knowledge that was pulled from the rover |
 //! | channel `/knowledge` | when it was pulled: what the rover knew at that moment |
-//! | channel `/gap` | that the connection was lost, or heard again |
+//! | channel `/gap` | that reports are missing, and why |
 //! | metadata `turing-rover-end` | how many frames came and were lost; its checksum, which names the file; missing if the recorder was killed |
 //!
 //! Log times are those of the host, publish times those of the rover (since its reset). Chunks are

@@ -38,7 +38,7 @@ pub struct Recorded {
     pub number: usize,
     /// When it was recorded: nanoseconds since 1970, or since the start of an emulation.
     pub log_time_ns: u64,
-    /// The number of its frame, if the rover said it.
+    /// The number of its frame, if it is a report.
     pub frame: Option<u16>,
     /// How many frames are missing before it.
     pub lost: u32,
@@ -49,13 +49,13 @@ pub struct Recorded {
 /// What a message of a recording says.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum What {
-    /// What the rover said.
+    /// A report.
     Report(Box<Report>),
     /// What the rover knew at this moment.
     Knowledge(Pulled),
-    /// Something is missing.
+    /// Reports are missing.
     Gap(Gap),
-    /// What the host asked for.
+    /// A command.
     Command(Box<Asked>),
     /// Where an emulated rover was.
     Truth(Truth),

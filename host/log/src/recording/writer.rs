@@ -95,7 +95,7 @@ impl RecordingWriter {
             part: 1,
             follows: None,
         };
-        // Not found out when the first file is full, hours later.
+        // Found out now rather than hours later, when the first file is full.
         let second = numbered(path, 2);
         if rotate.is_some() && second.exists() {
             let exists = std::io::ErrorKind::AlreadyExists.into();
@@ -126,7 +126,7 @@ impl RecordingWriter {
         self.lost
     }
 
-    /// Writes what the rover said.
+    /// Writes a report.
     ///
     /// # Errors
     /// It cannot be written.
@@ -180,7 +180,7 @@ impl RecordingWriter {
         self.write(Topic::Knowledge, at, at, &pulled)
     }
 
-    /// Writes that what the rover said for a while is missing.
+    /// Writes that reports are missing.
     ///
     /// # Errors
     /// It cannot be written.
@@ -189,7 +189,7 @@ impl RecordingWriter {
         self.write(Topic::Gap, at, at, &Gap { reason })
     }
 
-    /// Writes what the host asked for.
+    /// Writes a command.
     ///
     /// # Errors
     /// It cannot be written.
@@ -211,8 +211,8 @@ impl RecordingWriter {
         Ok(())
     }
 
-    /// Writes where an emulated rover was at a moment of its own clock; to be called before what it
-    /// said of the action that began then.
+    /// Writes where an emulated rover was at a moment of its own clock, before the report of the action
+    /// that began then.
     ///
     /// # Errors
     /// It cannot be written.
@@ -221,7 +221,7 @@ impl RecordingWriter {
         self.write(Topic::Truth, at, time, &Truth { time, pose })
     }
 
-    /// Writes out what is due; to be called every now and then.
+    /// Writes out what is due, and begins another file if this one is full; call it often.
     ///
     /// # Errors
     /// It cannot be written.
