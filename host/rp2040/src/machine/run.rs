@@ -121,6 +121,8 @@ impl Machine {
     }
 
     /// The core, which is awake, runs until it sleeps, or the machine has to look after something.
+    // Inlined into its caller, the loop was measured to be a tenth slower.
+    #[inline(never)]
     fn run(&mut self, horizon: Cycles) {
         let from = self.bus.now;
         self.bus.horizon = horizon;
@@ -145,6 +147,7 @@ impl Machine {
     }
 
     /// As [`run`](Self::run), with an eye on where the core is.
+    #[inline(never)]
     fn run_probed(&mut self, horizon: Cycles) {
         let from = self.bus.now;
         self.bus.horizon = horizon;
