@@ -343,7 +343,7 @@ fn hellos() -> Vec<Report> {
         .map(|(reset, knowledge)| {
             Report::Hello(Hello {
                 schema: 1,
-                board: "loopback".try_into().unwrap(),
+                board: "boardless".try_into().unwrap(),
                 firmware: "0.1.0".try_into().unwrap(),
                 reset,
                 seed: u64::MAX,
